@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import Reader
-from ..findings import gathered, words
+from ..findings import Finding, gathered, words
 from ..ground.result_columns import ResultColumn, texts
 from ..vibration.bodies.mounted import MountedSystem
 from ..vibration.bodies.six_response import SystemResponse
@@ -153,8 +153,8 @@ def _histories(answers: Sequence[CaseAnswer], drawn: dict[int, CaseAnswer]) -> I
 
 
 def write_system_isolation(
-    path: str | Path, name: str, system: MountedSystem, curves: Sequence[tuple[str, SystemResponse]],
-    parts: Parts,
+    path: str | Path, name: str, system: MountedSystem, curves: Sequence[tuple[str, SystemResponse]], parts: Parts,
+    findings: Sequence[Finding],
 ) -> None:  # fmt: skip
     """Write the report of the steady vibration of candidates, of which `system` is the first, likewise.
 
@@ -165,11 +165,7 @@ def write_system_isolation(
     check_report_path(path)
     names = [f"{candidate}, {response.shaking.name}, {response.level_text}" for candidate, response in curves]
     drawings = Gallery([*system_charts.system_drawing(system, ())])
-    cautions = [
-        Notice(Level.CARE, f"{curve}: {caution}")
-        for curve, (_, response) in zip(names, curves, strict=True)
-        for caution in gathered(response.findings, Reader.FILE)
-    ]
+    cautions = [Notice(Level.CARE, caution) for caution in gathered(findings, Reader.FILE)]
     gain = "Gain is the first harmonic of a point's absolute motion over that of the base, or its motion over a force."
     sections = (
         Section("curves", "Curves", [Gallery(system_charts.gains([response for _, response in curves])), gain]),

@@ -198,7 +198,7 @@ class SystemIsolation(AnyIsolation):
 
         curves = [(candidate.label, response) for candidate, response in self.every]
         _, *parts = self.parts(brief=False)  # the first names the file
-        write_system_isolation(os.fspath(path), self.name, self.candidates[0].system, curves, parts)
+        write_system_isolation(os.fspath(path), self.name, self.candidates[0].system, curves, parts, self.findings)
 
     def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
         """Draw gain over frequency of each excitation, and below it the sway, dotted where the motion is unstable, into
