@@ -16,8 +16,7 @@ SPRING_APART Elements elements_of_other(const Instance *instance, fmi3ValueRefer
             return (Elements){first, (unsigned)arrays[i]};
         first += (unsigned)arrays[i];
     }
-    /* The event indicator is of model exchange, which a form with states has without it, and one with branches not. */
-    unsigned last = instance->variables + (instance->has_states || settings->added.branches > 0 ? 0 : 1);
+    unsigned last = instance->variables + (unsigned)fmu_indicators(instance);
     return left <= last - first ? (Elements){first + left, 1} : (Elements){0, 0};
 }
 

@@ -141,7 +141,7 @@ static inline FmuStatus fmu_step_to(Instance *instance, double time, double size
 /* Of model exchange: how many event indicators there are, 0 or 1, and its value; how many continuous states there are. */
 static inline size_t fmu_indicators(const Instance *instance)
 {
-    return instance->has_states ? 0 : 1;
+    return instance->has_states || instance->state.settings.added.branches > 0 ? 0 : 1;
 }
 
 static inline double fmu_indicator(const Instance *instance)
