@@ -40,8 +40,6 @@ _PROMISES = frozenset(
         ".xlsx", ".xml", ".zip",
     )
 )  # fmt: skip
-
-
 _FLAGS = {
     "verbose": "Print all figures, how files were read, and cautions with their details.",
     "json": "Print one JSON object instead of text.",

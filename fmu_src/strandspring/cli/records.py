@@ -113,7 +113,7 @@ def identify(
     if out.is_asked("verbose") and not out.is_asked("json"):
         for found in of_campaign:
             if found is not None:
-                click.echo(found.sentence)
+                click.echo(out.folded(found.sentence, out.width_of(sys.stdout)))
 
 
 def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> strandspring.Identification:

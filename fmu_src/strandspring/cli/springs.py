@@ -106,8 +106,8 @@ def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, read
 
     Parameters, stiffness, energy, mean force and loss factor of loops, and transmissibility are compared over the
     range that both share, and judged by the uncertainty in the model files, all together at the 5 % level (5 of 150
-    pairs of records of one spring were found to differ). The table says of each figure whether it
-    differs; z is the difference over its standard deviation. With records: which of both follows each one better.
+    pairs of records of one spring were found to differ). The table says of each figure whether it differs; z is the
+    difference over its standard deviation. With records: which of both follows each one better.
 
     \b
     Examples:

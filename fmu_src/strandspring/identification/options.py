@@ -99,9 +99,9 @@ def checked_method(options: Any) -> Method:
 class RefinedOptions(Method):
     """Options of the refined method.
 
-    Zeros between records, a drift and a delay are taken out unasked where nothing but noise is left without them, see
-    `effects`; what no record shows is given here. With given degrees FE is no table, and mechanisms and branches are
-    only what is given.
+    Offsets of force between records, a drift and a delay are removed without being asked for where then only noise is
+    left, see `effects`; what no record shows is given here. With given degrees FE is not a table, and mechanisms and
+    branches are only what is given.
     """
 
     name: ClassVar[str] = "refined"

@@ -238,8 +238,9 @@ def residuals(e: Evaluation, over: str) -> Chart | None:
         return None
     curves = []
     for view in e.shown:
-        velocity = np.gradient(view.record.displacement, times(view))
-        x = {"displacement": view.record.displacement, "velocity": velocity}.get(over, times(view))
+        x = view.record.displacement if over == "displacement" else times(view)
+        if over == "velocity":
+            x = np.gradient(view.record.displacement, x)
         at = np.flatnonzero(view.is_compared)
         is_loading = view.strokes.direction[view.strokes.of_sample[at]] > 0
         if over == "time":

@@ -53,7 +53,7 @@ class Result:
 
     def brief(self, width: int | None = None) -> list[str]:
         """What everybody has to know of it, as the command line prints it without --verbose."""
-        return self.text_lines(width, brief=True) or self.text_lines(width)
+        return self.text_lines(width, brief=True)
 
     def text_lines(self, width: int | None = None, brief: bool = False) -> list[str]:
         """The result in words, without cautions and notes; tables of at most a width."""
