@@ -73,7 +73,7 @@ def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("is_worker", "end", "problem"),
     [
-        (False, signal.SIGKILL, "The connection to the scheduler at {} was lost; start it and its workers again; "),
+        (False, signal.SIGKILL, "The connection to the scheduler at {} was lost; start it and its workers again. "),
         (False, signal.SIGSTOP, "The scheduler at {} does not answer ("),
         (True, signal.SIGSTOP, "1 of 1 workers of {} have given no sign of life for 8 s ("),
     ],
@@ -90,7 +90,7 @@ def test_a_study_gives_up_in_words_and_is_finished_elsewhere(
     said, told = str(refusal.value), problem.format(address)
     assert told in said
     if end is signal.SIGSTOP:
-        assert "given up after 2 s; " in said
+        assert "given up after 2 s. " in said
         assert [note.startswith(told) for note in notes] == [True]
     assert [results.exists(), journal_path(results).exists()] == [False, True]
     run_study(STUDY, results, Local(1), counter)
