@@ -25,7 +25,7 @@ from strandspring.compiled import zig
 from strandspring.compiled.images import FMU, image
 from strandspring.compiled.sources import FMI_HEADERS, fmi_header
 from strandspring.compiled.targets import host_target
-from strandspring.fmu.native.block import NativeForm, filled
+from strandspring.fmu.native.block import filled
 from strandspring.model.modelfile import ModelFile
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.rest import rest
@@ -178,12 +178,12 @@ def driver(folder: Path) -> ctypes.CDLL:
 
 @contextmanager
 def instances(
-    folder: Path, parameters: SpringParameters, start: float, count: int, outputs: int, form: NativeForm
+    folder: Path, parameters: SpringParameters, start: float, count: int, outputs: int
 ) -> Iterator[tuple[Calls, Any]]:
     """Instances of one FMU in step mode, and its calls."""
     binary = folder / "spring.so"
     model = ModelFile("spring", parameters)
-    binary.write_bytes(filled(image(FMU, host_target()).read_bytes(), model, GUID.decode(), form))
+    binary.write_bytes(filled(image(FMU, host_target()).read_bytes(), model, GUID.decode()))
     fmu = ctypes.CDLL(str(binary))
     fmu.fmi3InstantiateCoSimulation.restype = ctypes.c_void_p
     begin = [ctypes.c_char_p(b"one"), ctypes.c_char_p(GUID), None, False, False, False, False, None]
@@ -214,7 +214,7 @@ def native(rounds: int = 21) -> None:
         folder = Path(name)
         loops = driver(folder)
         for title, path, count in (("sine", wave, 1), ("every step turns", turns, 1), ("sine", wave[:200], 10_000)):
-            with instances(folder, p, path[0], count, 1, NativeForm()) as (calls, made):
+            with instances(folder, p, path[0], count, 1) as (calls, made):
                 arguments = ctypes.byref(calls), made, count, path.size, ctypes.c_void_p(path.ctypes.data)
                 taken = min(loops.in_turn(*arguments) for _ in range(rounds if count == 1 else 3))
             rows.append({"step": f"{title}, {count} instances", "ns": taken, "samples": taken / base})

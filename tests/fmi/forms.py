@@ -42,6 +42,7 @@ class Form:
     options: Mapping[str, Any] = field(default_factory=dict, hash=False)
     exchange: bool = False
     python: bool = False
+    outputs = OUTPUTS
 
     @property
     def fmi(self) -> int:
@@ -50,14 +51,6 @@ class Form:
     @property
     def has_states(self) -> bool:
         return bool(self.options.get("with_states"))
-
-    @property
-    def is_real_time(self) -> bool:
-        return bool(self.options.get("real_time"))
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        return tuple(name for name in OUTPUTS if name != "absorbed_energy" or "no_energy" not in self.options)
 
     @property
     def refusal(self) -> int:
@@ -167,17 +160,12 @@ FORMS: dict[str, Form] = {
     "fmi3": Form(options={"fmi": 3}),
     "fmi3 exchange": Form(options={"fmi": 3}, exchange=True),
     "fmi3 states": Form(options={"fmi": 3, "with_states": True}),
-    "fmi3 arrays": Form(options={"fmi": 3, "arrays": True}),
-    "real time": Form(options={"real_time": True}),
-    "no energy": Form(options={"fmi": 3, "real_time": True, "no_energy": True}),
     "python": Form(python=True),
     "table": Form(TABLE),
-    "table, arrays": Form(TABLE, {"fmi": 3, "arrays": True}),
     "table, states": Form(TABLE, {"with_states": True}),
     "table, python": Form(TABLE, python=True),
     "branches": Form(BRANCHES),
     "branches, fmi3": Form(BRANCHES, {"fmi": 3}),
-    "branches, real time": Form(BRANCHES, {"real_time": True}),
     "branches, states": Form(BRANCHES, {"with_states": True}),
     "branches, python": Form(BRANCHES, python=True),
     "system": SystemForm(),

@@ -229,7 +229,7 @@ def test_the_compiler_takes_nothing_of_the_machine_and_no_warnings(
 
 def test_settings_of_an_fmu_that_no_command_writes_are_refused(tmp_path: Path) -> None:
     fmu = build_native_fmu(MODEL, tmp_path, ())
-    for wrong in ({"fmi": 4}, {"fmi": True}, {"fmi": "3"}, {"real_time": 1}, {"no_energy": None}):
+    for wrong in ({"fmi": 4}, {"fmi": True}, {"fmi": "3"}, {"needs_execution_tool": 1}):
         contents = contents_of(fmu)
         contents[BUILD] = json.dumps({**json.loads(contents[BUILD]), **wrong}).encode()
         write_archive(tmp_path / "damaged.fmu", sealed(contents))

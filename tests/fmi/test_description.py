@@ -84,7 +84,7 @@ def texts_of(name: str) -> dict[str, str]:
     return found
 
 
-ROWS = ["co-simulation", "fmi3 states", "fmi3 arrays", "no energy", "table, python", "branches", "system", "documented"]
+ROWS = ["co-simulation", "fmi3 states", "table, python", "branches", "system", "documented"]
 
 
 @pytest.mark.parametrize("name", ROWS)
@@ -136,7 +136,7 @@ def test_any_number_of_coefficients_keeps_every_bit(spring: SpringParameters, tm
         assert spring == INEXACT or examine_fmu(fmu).problems == ()
 
 
-@pytest.mark.parametrize("form", [{}, {"with_states": True}, {"arrays": True}], ids=str)
+@pytest.mark.parametrize("form", [{}, {"with_states": True}], ids=str)
 def test_files_of_fmi_3_follow_its_schemas(form: dict[str, bool]) -> None:
     from lxml import etree
 

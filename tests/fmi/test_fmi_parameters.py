@@ -28,9 +28,7 @@ from strandspring.kernel.path import PathSolver
 pytestmark = pytest.mark.long
 
 
-@pytest.mark.parametrize(
-    "name", ["co-simulation", "model exchange", "fmi3", "real time", "python", "table", "table, python"]
-)
+@pytest.mark.parametrize("name", ["co-simulation", "model exchange", "fmi3", "python", "table", "table, python"])
 def test_a_change_acts_from_the_committed_point_on_with_omega_carried_on(name: str) -> None:
     form = FORMS[name]
     p, path, time = form.spring, wandering_path(form.spring, 120, seed=3), np.arange(200) * 1e-3
@@ -52,13 +50,12 @@ def test_a_change_acts_from_the_committed_point_on_with_omega_carried_on(name: s
         early = form.expected(path[: change + 1], time[: change + 1], {})
         after = replace(form, spring=replace(p, **fields))
         late = after.expected(path[change:], time[change : path.size], {"omega_start": early[-1][-1]})
-        if "absorbed_energy" in form.outputs:
-            late[2] += early[2][-1]
+        late[2] += early[2][-1]
         # A table of another n or sigma inverts omega to 1e-12.
         close_each(np.transpose(found), np.concatenate([early[:, 1:], late[:, 1:]], axis=1), 1e-10)
 
 
-@pytest.mark.parametrize("name", rows(lambda form: "arrays" not in form.options))
+@pytest.mark.parametrize("name", rows())
 def test_values_as_they_are_change_no_bit(name: str) -> None:
     """Fixed ones among them, which OpenModelica sets between steps before its version of August 2026."""
     form = FORMS[name]
@@ -110,7 +107,7 @@ def test_friction_follows_no_reversals_below_the_resolution_of_the_input(name: s
             found += one.get("force")
         close(found, expected, 1e-10)
         slow = PathSolver(p).slow
-        if "absorbed_energy" in form.outputs and not p.branches:
+        if not p.branches:
             close(one.get("absorbed_energy"), slow.absorbed_energy(seen)[-1:], 1e-10)
         if not form.python:
             assert one.directional(["force"], {"displacement": 1.0}) == ERROR
@@ -123,9 +120,6 @@ def test_friction_follows_no_reversals_below_the_resolution_of_the_input(name: s
 # Derivatives
 
 UNKNOWNS = ["force", "stiffness"]
-DIFFERENTIABLE = [name for name in NATIVE_PATHS if "arrays" not in FORMS[name].options]
-# Real-time FMUs give none by parameters of the path after initialization.
-TABULATED = [name for name in DIFFERENTIABLE if not FORMS[name].is_real_time]
 
 
 def difference(function: Callable[[float], list[float]], at: float, scale: float) -> np.ndarray:
@@ -170,7 +164,7 @@ def ended(form: Form, one: Native, end: int, **changed: float) -> list[float]:
 
 
 @pytest.mark.parametrize("end", [4, 13, 29])
-@pytest.mark.parametrize("name", TABULATED)
+@pytest.mark.parametrize("name", NATIVE_PATHS)
 def test_derivatives_by_parameters_along_a_path(name: str, end: int) -> None:
     form, found = FORMS[name], dict[str, list[float]]()
     with form.instance() as one:
@@ -202,7 +196,7 @@ def test_derivatives_by_parameters_along_a_path(name: str, end: int) -> None:
 
 
 @pytest.mark.parametrize("share", [0.3, 1.1])
-@pytest.mark.parametrize("name", [*DIFFERENTIABLE, *STATES])
+@pytest.mark.parametrize("name", [*NATIVE_PATHS, *STATES])
 def test_derivatives_in_initialization_mode_and_of_states(name: str, share: float) -> None:
     """omega is given there, and no energy has been absorbed: what depends on the path does not count."""
     form = FORMS[name]
@@ -256,7 +250,7 @@ def test_output_derivatives_follow_the_last_step(name: str) -> None:
 # Of the input, by FMI 2.0
 
 
-@pytest.mark.parametrize("name", ["co-simulation", "table", "real time"])
+@pytest.mark.parametrize("name", ["co-simulation", "table"])
 def test_input_derivatives_commit_the_path_through_its_turning_points(name: str) -> None:
     form, random = FORMS[name], np.random.default_rng(5)
     low, high = form.spring.displacement_min, form.spring.displacement_max

@@ -34,7 +34,7 @@ CASES = tomllib.loads(Path(__file__).with_name("calls.toml").read_text("utf-8"))
 # What was read
 
 ROWS_OF_FORMS = [
-    "co-simulation", "model exchange", "states", "fmi3", "fmi3 exchange", "no energy", "python", "table", "branches",
+    "co-simulation", "model exchange", "states", "fmi3", "fmi3 exchange", "python", "table", "branches",
     "branches, python", *SYSTEMS,
 ]  # fmt: skip
 Case = tuple[str, Callable[..., int], tuple[Any, ...]]
@@ -167,12 +167,11 @@ def test_one_warning_for_each_excursion(name: str) -> None:
             (low, False), (high + span, True), (low - 0.5 * span, True),
         ]  # fmt: skip
         for x, outside in excursions:
-            if not form.is_real_time:
-                assert one.set(displacement=high + 9.0 * span) == OK
-                assert one.extrapolating
+            assert one.set(displacement=high + 9.0 * span) == OK
+            assert one.extrapolating
             one.advance(x)
             assert one.extrapolating is outside
-        expected = [] if form.is_real_time else [high + 0.02 * span, low - span, high + span, low - 0.5 * span]
+        expected = [high + 0.02 * span, low - span, high + span, low - 0.5 * span]
         assert [status for status, _, _ in one.messages] == [WARNING] * len(expected)
         assert [float(text.split()[1]) for _, _, text in one.messages] == pytest.approx(expected, rel=1e-15)
         assert all(f"[{low}, {high}] m" in text for _, _, text in one.messages)

@@ -84,9 +84,8 @@ def test_commands_say_and_write_what_was_read(tmp_path: Path, monkeypatch: pytes
     for states in (False, True):
         made = build_fmu(Spring.load("spring.json"), "function", **given, states=states)  # type: ignore[arg-type]
         assert made.read_bytes() == Path("dist", made.name).read_bytes()
-    for again, name in (("dist", "spring_fmi3"), ("real", "spring_real_time"), ("arrays", "spring_fmi3")):
-        made = Path("again_arrays" if again == "arrays" else "again", f"{name}.fmu")
-        assert made.read_bytes() == Path(again, f"{name}.fmu").read_bytes()
+    for first, again in (("dist", "again"), ("author", "again_author")):
+        assert Path(again, "spring_fmi3.fmu").read_bytes() == Path(first, "spring_fmi3.fmu").read_bytes()
 
 
 if __name__ == "__main__":

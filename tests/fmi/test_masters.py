@@ -219,7 +219,7 @@ def test_leaving_the_identified_range_is_warned_of_once_a_run() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:`displacement` must be within the identified range")  # a wandering path leaves it
-@pytest.mark.parametrize("name", ["co-simulation", "fmi3", "fmi3 arrays", "python"])
+@pytest.mark.parametrize("name", ["co-simulation", "fmi3", "python"])
 def test_every_row_is_the_model_at_that_displacement(name: str) -> None:
     path, built = wandering_path(SPRING, 200, seed=8), fmu(FORMS[name])
     time = 3.0 + np.cumsum(np.random.default_rng(8).uniform(1e-4, 1e-2, path.size))

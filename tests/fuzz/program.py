@@ -18,7 +18,7 @@ from springs import MOUNT, TABLE
 from strandspring.compiled.images import SPRING_FILES, SYSTEM_FILES
 from strandspring.compiled.sources import c_sources, fmi_headers
 from strandspring.core.parameters import SpringParameters
-from strandspring.fmu.native.block import NativeForm, values_source
+from strandspring.fmu.native.block import values_source
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.fmu.system.system_native import system_contents
 from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOptions
@@ -31,7 +31,7 @@ BOX = Path(strandspring.__file__).parent / "examples/systems/electronics_box.tom
 ADDRESSES = ("-O1", "-g", "-ftrivial-auto-var-init=pattern", "-fsanitize=address", "-fno-omit-frame-pointer")
 SANITIZED = (*ADDRESSES, "-fsanitize=undefined", "-fsanitize=float-cast-overflow", "-fno-sanitize-recover=all")
 # What the FMU takes from the C library is counted like what it takes from its host.
-COUNTED = ("-Dcalloc=library_calloc", "-Dfree=library_free", "-Wno-sign-conversion")
+COUNTED = ("-Dcalloc=library_calloc", "-Dmalloc=library_malloc", "-Dfree=library_free", "-Wno-sign-conversion")
 STRICT = ("-std=c11", "-ffp-contract=off", "-D_POSIX_C_SOURCE=200809L", "-Wall", "-Wextra", "-Werror", "-Wconversion")
 # Freed memory is kept to find who uses it: 32 MB instead of 256, which is still that of a hundred instances.
 OPTIONS = {"ASAN_OPTIONS": "detect_leaks=1:quarantine_size_mb=32", "UBSAN_OPTIONS": "print_stacktrace=1"}
@@ -39,15 +39,13 @@ RUN = 50  # sequences that share a seed (fuzz.c)
 
 BRANCHED = {"second": SECOND, "branches": BRANCHES[:1]}
 SYSTEM_OPTIONS = SystemFmuOptions(1e-4, 1e-3, forces=(ForceInput("recoil", 0, (0.0, 0.1, 0.0), (1.0, 0.0, 0.0)),))
-# FMUs by name: the spring and the form of its FMU. FMI 3.0 has arrays, whose references are the less simple ones.
-FORMS: dict[str, tuple[SpringParameters, NativeForm] | None] = {
-    "spring": (MOUNT, NativeForm(arrays=True)),
-    "table": (TABLE, NativeForm(arrays=True)),
-    "states": (MOUNT, NativeForm(arrays=True, with_states=True)),
-    "real-time": (MOUNT, NativeForm(arrays=True, real_time=True)),
-    "no-energy": (MOUNT, NativeForm(arrays=True, real_time=True, no_energy=True)),
-    "branches": (replace(MOUNT, **BRANCHED), NativeForm(arrays=True)),
-    "branches-states": (replace(TABLE, **BRANCHED), NativeForm(arrays=True, with_states=True)),
+# FMUs by name: the spring, and whether it is the form with states.
+FORMS: dict[str, tuple[SpringParameters, bool] | None] = {
+    "spring": (MOUNT, False),
+    "table": (TABLE, False),
+    "states": (MOUNT, True),
+    "branches": (replace(MOUNT, **BRANCHED), False),
+    "branches-states": (replace(TABLE, **BRANCHED), True),
     "system": None,
 }
 
@@ -55,10 +53,10 @@ FORMS: dict[str, tuple[SpringParameters, NativeForm] | None] = {
 def _write_sources(form: str, folder: Path) -> None:
     """The C sources of the FMUs of a form, of FMI 2.0 and FMI 3.0 with one GUID, and what the fuzzer knows of them."""
     made = FORMS[form]
-    parameters, native = made or (MOUNT, NativeForm())
+    parameters, with_states = made or (MOUNT, False)
     model = ModelFile("spring", parameters)
     if made:
-        contents = native_contents(model, (), zero=0.0, with_states=native.with_states)
+        contents = native_contents(model, (), zero=0.0, with_states=with_states)
     else:
         contents = system_contents(load_system_file(BOX).candidates[0][1], SYSTEM_OPTIONS, ())
     files = c_sources((SPRING_FILES if made else SYSTEM_FILES)[3]) | fmi_headers(3)
@@ -70,7 +68,7 @@ def _write_sources(form: str, folder: Path) -> None:
         (folder / name).write_bytes(content)
     description = fmpy.read_model_description(str(folder), validate=False)
     if made:
-        (folder / "fmu/spring_values.h").write_text(values_source(model, str(description.guid), native))
+        (folder / "fmu/spring_values.h").write_text(values_source(model, str(description.guid), with_states))
     variables = sorted(description.modelVariables, key=lambda variable: int(variable.valueReference))
     states = {v.derivative.name for v in variables if v.derivative is not None}
     names = [v.name for v in variables]
@@ -84,7 +82,6 @@ def _write_sources(form: str, folder: Path) -> None:
     arrays = {"ELASTIC": "kE_", "AMPLIFIER": "kA_", "KNOTS": "FE_knots_", "BRANCHES": "branch_"}
     known: dict[str, Any] = {name: sum(v.startswith(array) for v in names) for name, array in arrays.items()}
     known |= {"VARIABLES": len(variables), "STATES": len(states)}
-    known |= {"REAL_TIME": int(native.real_time), "NO_ENERGY": int(native.no_energy)}
     known |= {name.upper(): names.index(name) if name in names else 0 for name in ("input_resolution", "step")}
     known |= {"GUID": json.dumps(str(description.guid)), "LARGEST_STEP": SYSTEM_OPTIONS.largest_step}
     known |= {"LOW": parameters.displacement_min, "HIGH": parameters.displacement_max}

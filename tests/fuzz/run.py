@@ -44,7 +44,7 @@ TARGETS = {
     "options": "options.trial", "journals": "journals.trial", "identify": "identify.trial",
     "records_text": "records.text", "records_binary": "records.binary",
 }  # fmt: skip
-FORMS = ("spring", "table", "states", "real-time", "no-energy", "branches", "branches-states", "system")
+FORMS = ("spring", "table", "states", "branches", "branches-states", "system")
 MAX_SECONDS = 10.0  # of processor time; by the clock 30 times as many, since other programs run too
 MAX_BYTES = 1024**3
 _SEQUENCES = 500  # of FMI calls between two looks at the clock: some seconds

@@ -34,7 +34,7 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize(
     ("form", "flags", "count"),
     [
-        *((form, ("-O0", *ADDRESSES[1:]), 300) for form in ("spring", "real-time")),
+        *((form, ("-O0", *ADDRESSES[1:]), 300) for form in ("spring", "branches")),
         *(
             pytest.param(form, SANITIZED, 300 if form == "system" else 1200, marks=pytest.mark.slow)
             for form in fuzz.FORMS

@@ -8,7 +8,7 @@ trial needs no step. FMI does not require that of an FMU; where it must not be r
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from ctypes import byref, c_double, c_uint
 from functools import partial
@@ -22,7 +22,6 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.model_description import ModelDescription
-from numpy.typing import ArrayLike
 
 from ..core.parameters import ARRAYS, LARGEST_DISPLACEMENT
 from ..errors import StrandspringError
@@ -30,7 +29,7 @@ from ..fmu.checks.fmpy_host import SLAVES, fmi_version, library_path
 from ..ground.scratch import TemporaryFolder
 from ..kernel.path import warn_outside
 
-_MODEL_VALUES: Mapping[str, ArrayLike] = {}
+_MODEL_VALUES: Mapping[str, float] = {}
 _keys = count(1)
 _instances: WeakValueDictionary[int, Messages] = WeakValueDictionary()
 
@@ -68,8 +67,8 @@ class FmuSpring:
     ----------
     fmu : path
     name : str                           Name of the instance, at the beginning of its error messages.
-    parameters : mapping of str to float or array_like   Values of FMU parameters that replace those of the model, by
-                                         their names in the FMU; an array has all its elements.
+    parameters : mapping of str to float Values of FMU parameters that replace those of the model, by their names in the
+                                         FMU.
 
     Attributes
     ----------
@@ -79,26 +78,24 @@ class FmuSpring:
 
     Raises
     ------
-    CosimulationError   If the file is not a spring FMU for co-simulation with all outputs, has no such parameter or a
-                        parameter of another size, or cannot be run on this computer.
+    CosimulationError   If the file is not a spring FMU for co-simulation with all outputs, has no such parameter, or
+                        cannot be run on this computer.
     """
 
-    def __init__(
-        self, fmu: Path | str, name: str = "spring", parameters: Mapping[str, ArrayLike] = _MODEL_VALUES
-    ) -> None:
+    def __init__(self, fmu: Path | str, name: str = "spring", parameters: Mapping[str, float] = _MODEL_VALUES) -> None:
         description = _read_description(fmu)
         given = _checked(parameters, fmu, name, description)
         interface, fmi = description.coSimulation, fmi_version(description)
         references = {variable.name: variable.valueReference for variable in description.modelVariables}
-        starts = {variable.name: [variable.start] for variable in description.modelVariables} | given
+        starts = {variable.name: variable.start for variable in description.modelVariables} | given
         self.name, self.warns = name, True
-        self.displacement_min = float(starts["displacement_min"][0])
-        self.displacement_max = float(starts["displacement_max"][0])
+        self.displacement_min = float(starts["displacement_min"])
+        self.displacement_max = float(starts["displacement_max"])
         self._path: list[float] = []  # committed
         self._judged = 0  # samples of it
         self.messages = Messages(fmi)
         self._parameters = [references[name] for name in given]
-        self._parameter_values = [value for values in given.values() for value in values]
+        self._parameter_values = [*given.values()]
         # FMPy's own calls by lists take longer than the FMU itself.
         self._input, self._input_value = (c_uint * 1)(references["displacement"]), (c_double * 1)()
         self._outputs = (c_uint * 3)(*(references[output] for output in Response._fields))
@@ -213,49 +210,30 @@ def _read_description(fmu: Path | str) -> ModelDescription:
             f"{fmu} is an FMU of FMI {description.fmiVersion}, but this needs FMI 2.0 or 3.0: build it again."
         )
     variables = {v.name for v in description.modelVariables}
-    for missing in ("displacement", "force", "stiffness"):
+    for missing in ("displacement", *Response._fields):
         if missing not in variables:
             raise CosimulationError(f"{fmu} is not a spring FMU: it has no variable `{missing}`.")
     if description.coSimulation is None:
         raise CosimulationError("{fmu} has no co-simulation: build it without {to[states=True]}.", fmu=fmu)
-    if "absorbed_energy" not in variables:
-        raise CosimulationError("{fmu} has no output absorbed_energy: build it without {to[no_energy=True]}.", fmu=fmu)
     return description
 
 
 def _checked(
-    parameters: Mapping[str, ArrayLike], fmu: Path | str, name: str, description: ModelDescription
-) -> dict[str, list[float]]:
-    """Values of parameters by name, if the FMU has those and they have as many values."""
-    sizes = {
-        v.name: int(v.dimensions[0].start) if v.dimensions else None
-        for v in description.modelVariables
-        if v.causality == "parameter"
-    }
-    for unknown in sorted(parameters.keys() - sizes.keys()):
-        raise CosimulationError(f"{name}: {fmu} has no parameter `{unknown}`{_instead(unknown, sizes)}.")
+    parameters: Mapping[str, float], fmu: Path | str, name: str, description: ModelDescription
+) -> dict[str, float]:
+    """Values of parameters by name, if the FMU has those and they are numbers."""
+    known = {v.name for v in description.modelVariables if v.causality == "parameter"}
     checked = {}
     for parameter, value in parameters.items():
-        size = sizes[parameter]
-        expected = "a number" if size is None else f"an array of {size} numbers"
+        if parameter not in known:
+            is_list = parameter in ARRAYS and f"{parameter}_0" in known
+            instead = f"; its elements are parameters: give `{parameter}_0` and so on" if is_list else ""
+            raise CosimulationError(f"{name}: {fmu} has no parameter `{parameter}`{instead}.")
         try:
-            values = np.array(value, dtype=float)
+            checked[parameter] = float(value)
         except (TypeError, ValueError):
-            raise CosimulationError(f"{name}: `{parameter}` must be {expected}, got {value!r}.") from None
-        if values.shape != (() if size is None else (size,)):
-            raise CosimulationError(f"{name}: `{parameter}` must be {expected}, got the shape {values.shape}.")
-        checked[parameter] = np.atleast_1d(values).tolist()
+            raise CosimulationError(f"{name}: `{parameter}` must be a number, got {value!r}.") from None
     return checked
-
-
-def _instead(unknown: str, parameters: Collection[str]) -> str:
-    """What to write for coefficients that are in arrays, or are not."""
-    array = unknown.rpartition("_")[0]
-    if array in ARRAYS and array in parameters:
-        return f"; it is an element of the array `{array}`: give that with all its elements"
-    if unknown in ARRAYS and f"{unknown}_0" in parameters:
-        return f"; its elements are parameters: give `{unknown}_0` and so on"
-    return ""
 
 
 try:

@@ -18,7 +18,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import as_path
 from .fmu_spring import FmuSpring
 
-_MODEL_VALUES: Mapping[str, ArrayLike] = {}
+_MODEL_VALUES: Mapping[str, float] = {}
 _STEP = 1e-3  # s
 
 
@@ -46,7 +46,7 @@ def simulate_fmu(
     fmu: Path | str,
     displacement: ArrayLike,
     time: ArrayLike | None = None,
-    parameters: Mapping[str, ArrayLike] = _MODEL_VALUES,
+    parameters: Mapping[str, float] = _MODEL_VALUES,
 ) -> PrescribedMotion:
     """Move a spring FMU of either back end and either version of FMI along a displacement path, by co-simulation.
 
@@ -56,9 +56,8 @@ def simulate_fmu(
     displacement : array_like, shape (K,)   In the coordinates of the FMU [m]; the path starts at the first sample.
     time : array_like, shape (K,), optional   Rising [s]; without it 1 ms apart from 0. The force depends on the path
                                             alone, so that time changes no result.
-    parameters : mapping of str to float or array_like, optional   Values of FMU parameters that replace those of the
-                                            model, by their names in the FMU: `kE_1`, or of an FMU with arrays `kE` with
-                                            all its elements.
+    parameters : mapping of str to float, optional   Values of FMU parameters that replace those of the model, by their
+                                            names in the FMU, such as `kE_1`.
 
     Returns
     -------
@@ -67,8 +66,8 @@ def simulate_fmu(
     Raises
     ------
     ValueError          If a displacement is not finite, or `time` does not rise or fit.
-    CosimulationError   If the file is not a spring FMU, was built with `states` or `no_energy`, cannot be run on this
-                        computer, or refuses a parameter.
+    CosimulationError   If the file is not a spring FMU, was built with `states`, cannot be run on this computer,
+                        or refuses a parameter.
 
     Warns
     -----

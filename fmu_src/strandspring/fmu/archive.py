@@ -75,15 +75,15 @@ def licences(others: tuple[str, ...], fmi: int = 2) -> dict[str, bytes]:
     return {f"documentation/licenses/{name}.txt": text.encode("utf-8") for name, text in texts.items() if text}
 
 
-def fmu_name(name: str, backend: str, fmi: int = 2, real_time: bool = False) -> str:
+def fmu_name(name: str, backend: str, fmi: int = 2) -> str:
     """The name of the FMU of a model of this name; all kinds may be written into one folder."""
-    parts = (name, f"fmi{fmi}" if fmi != 2 else "", "real_time" if real_time else "", backend.replace("native", ""))
+    parts = (name, f"fmi{fmi}" if fmi != 2 else "", backend.replace("native", ""))
     return "_".join(filter(None, parts))
 
 
-def fmu_path(directory: str | Path, name: str, backend: str, fmi: int = 2, real_time: bool = False) -> Path:
+def fmu_path(directory: str | Path, name: str, backend: str, fmi: int = 2) -> Path:
     """Where this FMU is written."""
-    return Path(directory) / f"{fmu_name(name, backend, fmi, real_time)}.fmu"
+    return Path(directory) / f"{fmu_name(name, backend, fmi)}.fmu"
 
 
 def write_archive(path: Path, contents: Mapping[str, bytes]) -> Path:

@@ -22,7 +22,7 @@ from ..model.modelfile import MODEL_IN_FMU, ModelFile
 from ..model.stated_cautions import stated_cautions
 from ..model.stated_figures import StatedFit, energy_ratio, stated_fits
 from .description.content import Backend
-from .description.described_variables import StartValue, described_variables
+from .description.described_variables import described_variables
 
 _SHARES = (1.0, 2.0 / 3.0, 1.0 / 3.0)  # amplitudes, as shares of half the identified range
 _COLOURS = ("--first", "--second", "--third")  # of page.css
@@ -44,7 +44,7 @@ def documentation_page(
     Python-backed one.
     """
     spring = model.parameters
-    table, _, start = described_variables(model, backend.with_states, backend.fmi, backend.arrays)
+    table, _, start = described_variables(model, backend.with_states, backend.fmi)
     return template(__package__, "documentation.html.j2").render(
         model=model,
         spring=spring,
@@ -53,9 +53,6 @@ def documentation_page(
         with_states=backend.with_states,
         platforms=platforms,
         fmi=backend.fmi,
-        arrays=backend.arrays,
-        no_energy="absorbed_energy" in backend.left_out,
-        real_time=backend.real_time,
         variables=[(v, _start(start.get(v.name))) for v in table if v.name not in backend.left_out],
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),  # noqa: S704
@@ -84,10 +81,8 @@ def _followed(fit: StatedFit) -> tuple[str, ...]:
     return (fit.name, *("" if value is None else f"{value:{digits}}" for value, digits in values))
 
 
-def _start(value: StartValue | None) -> str:
-    if value is None:
-        return ""
-    return ", ".join(f"{number:.9g}" for number in (value if isinstance(value, tuple) else (value,)))
+def _start(value: float | None) -> str:
+    return "" if value is None else f"{value:.9g}"
 
 
 def _hysteresis(model: ModelFile) -> list[tuple[str, ...]]:

@@ -129,9 +129,6 @@ class BuildSettings:
     author : str
     needs_execution_tool : bool   Of the Python-backed FMU.
     fmi : int                     Version of FMI, 2 or 3.
-    real_time : bool              Whether nothing is allocated after instantiation.
-    no_energy : bool              Whether the output absorbed_energy is left out.
-    arrays : bool                 Whether coefficients are arrays, in FMI 3.0.
     """
 
     backend: str
@@ -139,9 +136,6 @@ class BuildSettings:
     author: str
     needs_execution_tool: bool = False
     fmi: int = 2
-    real_time: bool = False
-    no_energy: bool = False
-    arrays: bool = False
 
     @classmethod
     def of_fmu(cls, fmu: Path) -> BuildSettings:
@@ -205,13 +199,15 @@ def _related(of_record: ModelFile, settings: BuildSettings) -> Iterator[tuple[st
     if with_states:
         inputs["velocity"] = np.gradient(path, STEP)
     times = times_of(path)
-    answers = {"force": solver.force(path, omegas, times), "stiffness": solver.stiffness(path, omegas)}
-    if not settings.no_energy:
-        answers["absorbed_energy"] = solver.absorbed_energy(path, omegas, times)
+    answers = {
+        "force": solver.force(path, omegas, times),
+        "stiffness": solver.stiffness(path, omegas),
+        "absorbed_energy": solver.absorbed_energy(path, omegas, times),
+    }
     yield from experiment("slow cycles", "Two growing slow cycles", STEP, inputs, answers).items()
     for name, (variant, about) in _variants(spring, of_record.uncertainty).items():
         of_variant = ModelFile(of_record.name, variant, about, start=model.start)
-        text = parameter_values(of_variant, with_states, settings.fmi, settings.arrays)
+        text = parameter_values(of_variant, with_states, settings.fmi)
         yield f"{name}.ssv", Related(text.encode("utf-8"), "application/x-ssp-parameter-set", "parameter", about)
     if of_record.uncertainty:
         text = json.dumps(of_record.uncertainty, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

@@ -109,14 +109,14 @@ static void get_real(Trial *trial)
     int settles = OF_SYSTEM && (twin->mode == INITIALIZATION || twin->mode == UNKNOWN);
     List list = drawn(READABLE);
     int energy = holds(&list, "absorbed_energy");
-    must(trial, list.sound && !(MODEL_NO_ENERGY && energy) ? YES : NO);
+    must(trial, list.sound ? YES : NO);
     /* Bodies may find no rest, and before initialization there is nothing calculated of a system. */
     if (!all_have(&list, "ip"))
         must(trial, OF_SYSTEM && twin->mode == INSTANTIATED ? NO : settles ? UNSURE : twin->sound);
     trial->looks = !energy && !settles; /* energy that has been read is kept account of from now on */
     int two = list.size == 0 && OF_SYSTEM ? NOT_CALLED /* which finds the rest of a system, too */
                                           : (int)fmi2GetReal(trial->two, list.two, list.size, list.values2);
-    int three = (int)fmi3GetFloat64(trial->three, list.three, list.count, list.values3, list.size);
+    int three = (int)fmi3GetFloat64(trial->three, list.three, list.size, list.values3, list.size);
     int done = judged(trial, two, three);
     for (size_t i = 0; done && i < list.size; i++) {
         const char *name = described[list.two[i]].name;
@@ -161,7 +161,7 @@ static void set_real(Trial *trial)
     List list = drawn(after.mode <= INITIALIZATION || chance(20) ? SETTABLE : "isO");
     must(trial, list.size == 0 ? YES : list.sound ? may_set(&after, &list) : NO);
     if (judged(trial, (int)fmi2SetReal(trial->two, list.two, list.size, list.values2),
-               (int)fmi3SetFloat64(trial->three, list.three, list.count, list.values3, list.size)))
+               (int)fmi3SetFloat64(trial->three, list.three, list.size, list.values3, list.size)))
         *trial->twin = after;
 }
 
@@ -170,8 +170,7 @@ static void set_real(Trial *trial)
 static void directional_derivative(Trial *trial)
 {
     List unknown = drawn("oOr"), known = drawn(SETTABLE);
-    int energy = holds(&unknown, "absorbed_energy");
-    must(trial, unknown.sound && known.sound && !(OF_SYSTEM && unknown.size > 0) && !(MODEL_NO_ENERGY && energy) ? YES : NO);
+    must(trial, unknown.sound && known.sound && !(OF_SYSTEM && unknown.size > 0) ? YES : NO);
     must(trial, OF_SYSTEM || (all_have(&unknown, "oOr") && all_have(&known, SETTABLE)) ? YES : NO);
     /* Which derivatives by parameters there are depends on the mode, and friction that ignores reversals has none. */
     if (!OF_SYSTEM)
@@ -186,8 +185,8 @@ static void directional_derivative(Trial *trial)
                                                 known.values2, unknown.values2);
     int three = OF_SYSTEM && unknown.size == 0
                     ? NOT_CALLED
-                    : (int)fmi3GetDirectionalDerivative(trial->three, unknown.three, unknown.count, known.three,
-                                                        known.count, known.values2, known.size, unknown.values3,
+                    : (int)fmi3GetDirectionalDerivative(trial->three, unknown.three, unknown.size, known.three,
+                                                        known.size, known.values2, known.size, unknown.values3,
                                                         unknown.size);
     if (judged(trial, two, three) && three != NOT_CALLED) {
         for (size_t i = 0; i < unknown.size; i++)
@@ -213,14 +212,13 @@ static void rates(Trial *trial)
             orders[i] = order;
     }
     if (list.size > 0)
-        must(trial, sets ? (MODEL_BRANCHES ? NO : YES)
-                    : OF_SYSTEM || (MODEL_NO_ENERGY && holds(&list, "absorbed_energy")) ? NO : UNSURE);
+        must(trial, sets ? (MODEL_BRANCHES ? NO : YES) : OF_SYSTEM ? NO : UNSURE);
     trial->looks = !sets;
     trial->kept = sets ? trial->kept : UNSURE; /* after a jump there is no rate */
     int two = sets ? (int)fmi2SetRealInputDerivatives(trial->two, list.two, list.size, orders, list.values2)
                    : (int)fmi2GetRealOutputDerivatives(trial->two, list.two, list.size, orders, list.values2);
     if (!sets)
-        three = (int)fmi3GetOutputDerivatives(trial->three, list.three, list.count, orders, list.values3, list.size);
+        three = (int)fmi3GetOutputDerivatives(trial->three, list.three, list.size, orders, list.values3, list.size);
     int done = judged(trial, two, three);
     twin->moved |= OF_SYSTEM && done && sets;
     twin->interpolated |= done && sets && list.size > 0;
@@ -314,7 +312,7 @@ static void try_call(Pair *pair, int call)
     int before = loans, nobody = careless() && chance(10);
     double time = NAN;
     Trial trial = {.pair = pair, .twin = &pair->twin, .row = row, .counts = counts[call], .blocks = blocks,
-                   .tables = tables, .name = row->two ? row->two : row->three, .two = nobody ? NULL : pair->two,
+                   .name = row->two ? row->two : row->three, .two = nobody ? NULL : pair->two,
                    .three = nobody ? NULL : pair->three, .kept = pair->twin.mode == UNKNOWN ? UNSURE : YES};
     trial.may2 = nobody ? NO : allowed(&pair->twin, row->two == NULL ? NULL : row->modes2);
     trial.may3 = nobody ? NO : allowed(&pair->twin, row->three == NULL ? NULL : row->modes3);
@@ -347,8 +345,8 @@ static void try_any(Pair *pair, int only_values)
     int of_host = rows[call].two != NULL && strstr(rows[call].two, "FMUstate") != NULL;
     if (only_values && of_host)
         return;
-    /* The step with a deadline allocates nothing but states; elsewhere a call that lacks memory is refused. */
-    starving = MODEL_REAL_TIME ? pair->twin.mode != INSTANTIATED && chance(20) : !only_values && chance(10);
+    /* Nothing but states is allocated after instantiation. */
+    starving = chance(20);
     try_call(pair, call);
 }
 
@@ -387,7 +385,7 @@ static void be_hostile(Pair *pair)
 {
     int without = chance(5), logger = pair->logger && !without;
     fmi3Instance c = without ? NULL : pair->three;
-    fmi3ValueReference one = chance(80) ? 1 + (fmi3ValueReference)below(PLACES) : (fmi3ValueReference)random_bits();
+    fmi3ValueReference one = chance(80) ? 1 + (fmi3ValueReference)below(MODEL_VARIABLES) : (fmi3ValueReference)random_bits();
     double number[2] = {0.0};
     uint64_t integer[2] = {0};
     size_t sizes[2] = {1, 1};
@@ -461,7 +459,7 @@ static void run(long sequences)
             try_any(pair, 0);
         }
     }
-    CHECK(blocks + tables == 0, "%ld blocks of memory are never returned", blocks + tables);
+    CHECK(blocks == 0, "%ld blocks of memory are never returned", blocks);
 }
 
 /* Does so many sequences in runs of 50: the first run has the seed, the next one the seed after it. The last seed that is

@@ -27,7 +27,7 @@ from ...model.modelfile import ModelFile, is_model_path, load_model
 from ...model.names import check_name
 from ...model.stated_figures import NAMES
 from ..common.model_source import ModelSource, Progress, built_with, describes_system, path_of, unseen
-from ..common.result import Result, picked
+from ..common.result import Result
 from ..common.table import Table
 from .in_place import BuildOptions, BuiltFmu, FmuJob, Kind, build_in_place
 
@@ -69,7 +69,7 @@ class Built(Result):
 
     def content(self) -> dict[str, Any]:
         """The same for JSON."""
-        found, of_native = self.identification, picked(self.settings, "real_time", "no_energy", "arrays")
+        found = self.identification
         return {
             "model": self.path,
             "name": self.model.name,
@@ -78,7 +78,7 @@ class Built(Result):
             "certificate": certified(self.model),
             **(dict.fromkeys(NAMES) if found is None else found.figures),
             "fitted": None if found is None else found.fitted_figures,
-            "fmus": [fmu.facts(self.settings) | of_native for fmu in self.fmus],
+            "fmus": [fmu.facts(self.settings) for fmu in self.fmus],
         }
 
 
@@ -112,10 +112,10 @@ def build_all(
         else:
             build = partial(
                 build_native_fmu, model, platforms=options.chosen_platforms, zero=zero, with_states=kind == "states",
-                fmi=options.version, **picked(options, "author", "real_time", "no_energy", "arrays"),
+                fmi=options.version, author=options.author,
             )  # fmt: skip
         # With states the path is the host's.
-        along = () if kind == "states" or options.no_energy else stated
+        along = () if kind == "states" else stated
         examine = partial(_examined, mechanisms=len(model.parameters.mechanisms), stated=along)
         jobs.append(FmuJob(options.target(folder, model.name, kind), kind, build, examine))
     return build_in_place(folder, jobs, progress)

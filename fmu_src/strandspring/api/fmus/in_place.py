@@ -63,12 +63,6 @@ class BuildOptions:
         None, "whole", "Version of FMI. 3: NAME_fmi3.fmu, with a flange as terminal; native only", least=2, most=3,
         otherwise="that of the FMU that is rebuilt, else 2", metavar="2|3",
     )  # fmt: skip
-    real_time: bool = option(
-        False, "flag", "Build native FMUs, NAME_real_time.fmu, for targets with a deadline: they allocate nothing once "
-        "instantiated",
-    )  # fmt: skip
-    no_energy: bool = option(False, "flag", "Leave the output absorbed_energy out of an FMU for real time")
-    arrays: bool = option(False, "flag", "With FMI 3: coefficients as arrays, which few importers read", rare=True)
     platforms: str | Sequence[str] | None = option(
         None, "text", f"Of the binaries of native FMUs: host, all, or some of {', '.join(PLATFORMS)}",
         otherwise="all in an installed package, host in a source checkout", metavar="NAME,...",
@@ -97,17 +91,13 @@ class BuildOptions:
     @property
     def apart(self) -> list[str]:
         """What sets native FMUs apart from the usual ones, in words."""
-        of_energy = " without absorbed_energy" if self.no_energy else ""
-        return [
-            *(["FMI 3.0" + (" with arrays" if self.arrays else "")] if self.version == 3 else []),
-            *([f"for real time{of_energy}"] if self.real_time else []),
-        ]
+        return ["FMI 3.0"] if self.version == 3 else []
 
     def kinds(self, has_sources: bool) -> tuple[Kind, ...]:
         """The kinds of FMU to be built; of the bundled record those of both back ends. Raises OptionError if what is
         wanted does not go together.
         """
-        usual = "native" if has_sources or self.version == 3 or self.real_time else "both"
+        usual = "native" if has_sources or self.version == 3 else "both"
         backend: Any = self.backend or usual
         backends = ("native", "python") if backend == "both" else (backend,)
         if self.needs_execution_tool and "python" not in backends:
@@ -128,7 +118,7 @@ class BuildOptions:
         if self.backend in (None, before.backend, "both"):
             names += ["needs_execution_tool"]
         if self.backend in (None, before.backend):
-            names += ["fmi", "real_time", "no_energy", *([] if self.fmi == 2 else ["arrays"])]  # FMI 2.0 has no arrays
+            names += ["fmi"]
         return replace(self, **{name: getattr(self, name) or getattr(before, name) for name in names})
 
     def refuse_impossible(self, kinds: Sequence[Kind]) -> None:
@@ -136,17 +126,6 @@ class BuildOptions:
         has_python = "python" in kinds
         for is_impossible, sentence in (
             (has_python and self.fmi == 3, "FMI 3.0 is for the native FMU; choose the native back end."),
-            (has_python and self.real_time, "Real time is for the native FMU; choose the native back end."),
-            (self.arrays and self.version != 3, "Arrays are for FMI 3.0; ask for FMI 3, too."),
-            (
-                self.no_energy and not self.real_time,
-                "Only an FMU for real time can leave out absorbed_energy; ask for real time, too.",
-            ),
-            (
-                self.no_energy and "states" in kinds,
-                "The form with states has absorbed_energy as a state, which the host integrates; build it without "
-                "leaving out the energy, from the model file where the source is an FMU that leaves it out.",
-            ),
             (
                 set(kinds) == {"python"} and self.platforms is not None,
                 f"Platforms are chosen for the native FMU; the Python-backed one has {' and '.join(PYTHON_PLATFORMS)}: "
@@ -160,7 +139,7 @@ class BuildOptions:
         """Where an FMU of this kind of a model of this name is written."""
         from ...fmu.archive import fmu_path  # slow to import
 
-        return fmu_path(folder, name, kind, self.version, self.real_time)
+        return fmu_path(folder, name, kind, self.version)
 
     @property
     def of_springs(self) -> dict[str, Any]:

@@ -9,6 +9,5 @@
 #include "fmi3/fmi3_absent.c"
 #include "fmi3/fmi3_arguments.c"
 #include "fmi3/fmi3_derivatives.c"
-#include "fmi3/fmi3_elements.c"
 #include "fmi3/fmi3_life.c"
 #include "fmi3/fmi3_model_exchange.c"

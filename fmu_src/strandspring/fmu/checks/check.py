@@ -154,12 +154,7 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
 
 def described_spring(description: ModelDescription) -> SpringParameters:
     """The spring whose parameters are the start values in a model description."""
-    start = {
-        name: value
-        for v in description.modelVariables
-        if v.causality == "parameter"
-        for name, value in _scalars(v.name, str(v.start).split(), bool(v.dimensions)).items()
-    }
+    start = {v.name: float(v.start) for v in description.modelVariables if v.causality == "parameter"}
     elements = ("kE_", "kA_", "FE_knots_", "second_kA_")
     counts = [sum(name.startswith(k) for name in start) for k in elements]
     counts.append(sum(name.endswith("_time_constant") for name in start))
@@ -170,11 +165,6 @@ def described_omegas(description: ModelDescription) -> tuple[float, float]:
     """Where omega of both mechanisms starts by a model description; 0 of a second one that is not there."""
     starts = {v.name.removesuffix("_start"): v.start for v in description.modelVariables}
     return float(starts["omega"]), float(starts.get(f"{SECOND}omega", 0.0))
-
-
-def _scalars(name: str, values: list[str], is_array: bool) -> dict[str, float]:
-    """Values by the names that they have in FMI 2.0, where elements of arrays are variables."""
-    return {f"{name}_{i}" if is_array else name: float(value) for i, value in enumerate(values)}
 
 
 @contextmanager

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, indent, tostring
 
 from ...core.variables import FmiUnit, Variable
-from .described_variables import StartValue
 
 # Of the categories that FMI names, those that a spring uses.
 LOG_CATEGORIES = {
@@ -35,9 +34,7 @@ class Backend:
     sources : tuple of str                                  The C files below ``sources/`` to be compiled.
     author, version : str                                   Of the FMU.
     with_states : bool                                      Whether it is the form with continuous states.
-    real_time : bool                                        Whether nothing is allocated after instantiation.
     fmi : int                                               Version of FMI, 2 or 3.
-    arrays : bool                                           Whether coefficients are arrays, in FMI 3.0.
     left_out : set of str                                   Variables that are not described; others keep their value
                                                             references.
     """
@@ -48,9 +45,7 @@ class Backend:
     author: str = ""
     version: str = ""
     with_states: bool = False
-    real_time: bool = False
     fmi: int = 2
-    arrays: bool = False
     left_out: frozenset[str] = frozenset()
 
 
@@ -73,7 +68,7 @@ class DescriptionContent:
     about: str
     table: tuple[Variable, ...]
     units: tuple[FmiUnit, ...]
-    start: Mapping[str, StartValue]
+    start: Mapping[str, float]
     nominal: Mapping[str, float] = field(default_factory=dict)
     log_categories: Mapping[str, str] = field(default_factory=lambda: LOG_CATEGORIES)
     step: float = 1e-3

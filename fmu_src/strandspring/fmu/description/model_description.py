@@ -13,7 +13,7 @@ from ...core.variables import FmiUnit, Variable
 from ...errors import BuildError
 from ...model.modelfile import ModelFile
 from .content import Backend, DescriptionContent, base_unit, xml_file
-from .described_variables import REVERSAL_INDICATOR, StartValue, TypedVariable, described_variables, nominal_values
+from .described_variables import REVERSAL_INDICATOR, described_variables, nominal_values
 
 # Names that the versions of FMI have for the same.
 _TOKENS = {2: "guid", 3: "instantiationToken"}
@@ -40,13 +40,10 @@ _UNKNOWNS = {
 
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
     """The description of one spring as UTF-8 XML; the same arguments give the same bytes."""
-    variables = described_variables(model, backend.with_states, backend.fmi, backend.arrays)
-    about = model.description or "Hysteretic spring: displacement in, restoring force out"
-    if backend.real_time:
-        about += f"; for real time{', without absorbed_energy' if backend.left_out else ''}"
+    variables = described_variables(model, backend.with_states, backend.fmi)
     content = DescriptionContent(
         model.name,
-        about,
+        model.description or "Hysteretic spring: displacement in, restoring force out",
         *variables,
         nominal_values(model.parameters, variables.table),
         date=_stated(model, "date"),
@@ -122,9 +119,7 @@ def _append_variables(parent: Element, content: DescriptionContent, backend: Bac
             common = _common_attributes(variable, content.references[variable.name])
             SubElement(SubElement(parent, "ScalarVariable", common), variable.kind, typed)
             continue
-        element = SubElement(parent, variable.kind, _common_attributes(variable, places[variable.name]) | typed)
-        if isinstance(variable, TypedVariable) and variable.size is not None:
-            SubElement(element, "Dimension", {"start": str(variable.size)})
+        SubElement(parent, variable.kind, _common_attributes(variable, places[variable.name]) | typed)
 
 
 def _append_structure(parent: Element, content: DescriptionContent, backend: Backend) -> None:
@@ -204,11 +199,9 @@ def _given(attributes: Mapping[str, str | None]) -> dict[str, str]:
     return {name: value for name, value in attributes.items() if value is not None}
 
 
-def _text(value: StartValue | None) -> str | None:
-    if value is None:
-        return None
+def _text(value: float | None) -> str | None:
     # repr gives back every bit of a float.
-    return " ".join(map(repr, value)) if isinstance(value, tuple) else repr(value)
+    return None if value is None else repr(value)
 
 
 def _stated(model: ModelFile, name: str) -> str:

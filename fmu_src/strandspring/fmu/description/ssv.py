@@ -2,7 +2,7 @@
 
 Tools for systems of FMUs apply such a file to a spring FMU with the same number of coefficients, so another
 identification of the same mount needs no new FMU. Displacement is counted from the same zero as in the FMU. For FMI 2.0
-they are those of SSP 1.0, for FMI 3.0, which has arrays, of SSP 2.0.
+they are those of SSP 1.0, for FMI 3.0 of SSP 2.0.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from ..._version import __version__
 from ...core.variables import FmiUnit
 from ...model.modelfile import ModelFile
 from .content import base_unit
-from .described_variables import StartValue, described_variables
+from .described_variables import described_variables
 
 _NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 
 # Name, description, unit and value of a parameter.
-Row = tuple[str, str, str | None, StartValue]
+Row = tuple[str, str, str | None, float]
 
 # The version of SSP by that of FMI, and the element of a value by that of SSP.
 _SSP = {2: 1, 3: 2}
 _REAL = {1: "Real", 2: "Float64"}
 
 
-def parameter_values(model: ModelFile, with_states: bool = False, fmi: int = 2, arrays: bool = False) -> str:
+def parameter_values(model: ModelFile, with_states: bool = False, fmi: int = 2) -> str:
     """XML of an SSV file with every settable variable of the model's FMU; the same model gives the same text."""
-    table, known, start = described_variables(model, with_states, fmi, arrays)
+    table, known, start = described_variables(model, with_states, fmi)
     rows = [(v.name, v.description, v.unit, start[v.name]) for v in table if v.name in start]
     return parameter_set(model.name, model.description, rows, known, _SSP[fmi])
 
@@ -50,12 +50,9 @@ def parameter_set(name: str, about: str, rows: Iterable[Row], known: Iterable[Fm
     used = set()
     for variable, description, unit, value in rows:
         parameter = SubElement(parameters, "ssv:Parameter", {"name": variable, "description": description})
-        elements = value if isinstance(value, tuple) else (value,)
         # repr represents every float exactly.
-        attributes = {"value": " ".join(map(repr, elements)), **({} if unit is None else {"unit": unit})}
+        attributes = {"value": repr(value), **({} if unit is None else {"unit": unit})}
         SubElement(parameter, f"ssv:{_REAL[ssp]}", attributes)
-        if isinstance(value, tuple):
-            SubElement(parameter, "ssc:Dimension", {"size": str(len(value))})
         used.add(unit)
     definitions = SubElement(root, "ssv:Units")
     for symbol in known:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from ...core.parameters import ARRAYS, SCALARS, SpringParameters
 from ...core.variables import INPUT_RESOLUTION, start_values
@@ -21,31 +20,16 @@ from ...model.modelfile import ModelFile
 from ..description.described_variables import start_omegas
 from .macho import is_macho, with_new_hashes
 
-# Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start,
-# input_resolution and the form.
+# Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start, input_resolution,
+# and whether it is the form with states.
 _MARKER = struct.Struct("<16sII")
-_MAGIC, _VERSION = b"strandspringfmu", 8
+_MAGIC, _VERSION = b"strandspringfmu", 9
 
 # What counts the values of each array.
 _COUNTS = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces": "forces"}
 
 
-@dataclass(frozen=True)
-class NativeForm:
-    """The forms of an FMU: with continuous states; for a step with a deadline; without absorbed energy; coefficients as
-    arrays of FMI 3.0.
-    """
-
-    with_states: bool = False
-    real_time: bool = False
-    no_energy: bool = False
-    arrays: bool = False
-
-
-USUAL = NativeForm()
-
-
-def filled(image: bytes, model: ModelFile, guid: str, form: NativeForm = USUAL) -> bytes:
+def filled(image: bytes, model: ModelFile, guid: str, with_states: bool = False) -> bytes:
     """An image with the values of one spring in its block, and the form of its FMU.
 
     Raises
@@ -54,8 +38,7 @@ def filled(image: bytes, model: ModelFile, guid: str, form: NativeForm = USUAL) 
     """
     parameters, (omega, second_omega) = model.parameters, start_omegas(model)
     values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters.mechanisms[0])
-    values += struct.pack("<2d", omega, start_values(parameters)[INPUT_RESOLUTION])
-    values += struct.pack("<4q", form.with_states, form.real_time, form.no_energy, form.arrays)
+    values += struct.pack("<2dq", omega, start_values(parameters)[INPUT_RESOLUTION], with_states)
     values += bytes(structures()["SpringAdded"](**added_fields(parameters))) + struct.pack("<d", second_omega)
     return with_block(image, _MAGIC, _VERSION, values)
 
@@ -77,7 +60,7 @@ def with_block(image: bytes, magic: bytes, version: int, values: bytes) -> bytes
     return with_new_hashes(image) if is_macho(image) else image
 
 
-def values_source(model: ModelFile, guid: str, form: NativeForm = USUAL) -> str:
+def values_source(model: ModelFile, guid: str, with_states: bool = False) -> str:
     """The text of spring_values.h."""
     parameters, (omega, second_omega) = model.parameters, start_omegas(model)
     start = start_values(parameters)
@@ -97,10 +80,7 @@ def values_source(model: ModelFile, guid: str, form: NativeForm = USUAL) -> str:
     }},
     .omega_start = {omega.hex()},
     .input_resolution = {start[INPUT_RESOLUTION].hex()},
-    .has_states = {int(form.with_states)},
-    .real_time = {int(form.real_time)},
-    .no_energy = {int(form.no_energy)},
-    .arrays = {int(form.arrays)},
+    .has_states = {int(with_states)},
     .added = {{
 {_added_source(parameters)}
     }},

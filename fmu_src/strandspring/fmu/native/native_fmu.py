@@ -21,7 +21,7 @@ from ..description.described_variables import REVERSAL_INDICATOR
 from ..description.fmi3_files import BUILD_DESCRIPTION, build_description, terminals
 from ..description.model_description import model_description
 from ..related_files import BuildSettings, related_files, sealed, version_of
-from .block import NativeForm, filled, values_source
+from .block import filled, values_source
 from .platforms import Platform, binaries, default_platforms
 
 _STATE_AND_DERIVATIVES = {
@@ -65,9 +65,6 @@ def build_native_fmu(
     author: str = "",
     with_states: bool = False,
     fmi: int = 2,
-    real_time: bool = False,
-    no_energy: bool = False,
-    arrays: bool = False,
 ) -> Path:
     """Write ``<directory>/<model.name>.fmu``, an FMI 2.0 FMU that runs without Python, or ``<model.name>_fmi3.fmu``.
 
@@ -86,9 +83,6 @@ def build_native_fmu(
     author : str                        For the model description.
     with_states : bool
     fmi : int                           Version of FMI, 2 or 3.
-    real_time : bool                    Nothing is allocated after instantiation.
-    no_energy : bool                    The output absorbed_energy is left out.
-    arrays : bool                       Coefficients are arrays, in FMI 3.0.
 
     Returns
     -------
@@ -100,8 +94,8 @@ def build_native_fmu(
                        to.
     """
     chosen = default_platforms() if platforms is None else platforms
-    contents = native_contents(model, chosen, zero, author, with_states, fmi, real_time, no_energy, arrays)
-    return write_archive(fmu_path(directory, model.name, _backend_name(with_states), fmi, real_time), contents)
+    contents = native_contents(model, chosen, zero, author, with_states, fmi)
+    return write_archive(fmu_path(directory, model.name, _backend_name(with_states), fmi), contents)
 
 
 def native_contents(
@@ -111,46 +105,39 @@ def native_contents(
     author: str = "",
     with_states: bool = False,
     fmi: int = 2,
-    real_time: bool = False,
-    no_energy: bool = False,
-    arrays: bool = False,
 ) -> dict[str, bytes]:
     """Every file of the native FMU by its path inside it."""
     of_record = model
     model, zero = placed(model, zero)
-    settings = BuildSettings(
-        _backend_name(with_states), zero, author, fmi=fmi, real_time=real_time, no_energy=no_energy, arrays=arrays
-    )
+    settings = BuildSettings(_backend_name(with_states), zero, author, fmi=fmi)
     # All forms may be linked into one program.
-    name = fmu_name(model.name, settings.backend, fmi, real_time)
+    name = fmu_name(model.name, settings.backend, fmi)
     if len(name) > LONGEST_NAME:
         shorter = LONGEST_NAME - len(name) + len(model.name)
         raise BuildError(f"{name} is too long for an FMU; give the model a name of at most {shorter} characters.")
     model = replace(model, name=name)
-    fixed, form = _fixed_sources(fmi), NativeForm(with_states, real_time, no_energy, arrays)
+    fixed = _fixed_sources(fmi)
     listed = (SPRING_FILES[fmi].removeprefix(_C),)  # includes all other sources
-    left_out = {"absorbed_energy"} if no_energy else set()
+    left_out = frozenset[str]()
     interfaces = {"co_simulation": None if with_states else _CO_SIMULATION[fmi], "model_exchange": _MODEL_EXCHANGE[fmi]}
     if model.parameters.branches and not with_states:
         # With branches the displacement moves at constant velocity over a step, whose size is known only at its end.
         co_simulation = _CO_SIMULATION[fmi] | ({"canInterpolateInputs": "false"} if fmi == 2 else {})
-        interfaces, left_out = {"co_simulation": co_simulation}, left_out | {REVERSAL_INDICATOR}
+        interfaces, left_out = {"co_simulation": co_simulation}, frozenset({REVERSAL_INDICATOR})
     backend = Backend(
         **interfaces,
         sources=listed,
         author=author,
         version=version_of(of_record.to_json()),
         with_states=with_states,
-        real_time=real_time,
         fmi=fmi,
-        arrays=arrays,
-        left_out=frozenset(left_out),
+        left_out=left_out,
     )
     tool = f"strandspring {installed_version('strandspring')}"
     # The binaries hold the GUID, so it comes from what they are made of.
-    values = values_source(model, "", form).encode("ascii")
+    values = values_source(model, "", with_states).encode("ascii")
     guid = content_guid([model_description(model, "", tool, backend), values], fixed)
-    sources = {**fixed, _VALUES: values_source(model, guid, form).encode("ascii")}
+    sources = {**fixed, _VALUES: values_source(model, guid, with_states).encode("ascii")}
     of_fmi3 = {**terminals(), BUILD_DESCRIPTION: build_description(model.name, listed)}
     return sealed(
         {
@@ -162,7 +149,7 @@ def native_contents(
                 platforms=tuple(sorted({folder for platform in platforms for folder in platform.folders(fmi)})),
             ),
             **related_files(of_record, settings),
-            **binaries(model.name, platforms, FMU, lambda image: filled(image, model, guid, form), fmi),
+            **binaries(model.name, platforms, FMU, lambda image: filled(image, model, guid, with_states), fmi),
             **{f"sources/{name}": content for name, content in sources.items()},
             **(of_fmi3 if fmi == 3 else {}),
         }

@@ -29,22 +29,10 @@ static void lock(void)
         continue;
 }
 
-int fmu_fits(const SharedSpring *shared, const SpringParameters *parameters)
-{
-    const SpringParameters *own = &shared->law.parameters;
-    return own->n == parameters->n && own->sigma == parameters->sigma;
-}
-
-void fmu_fill(SharedSpring *shared, const SpringParameters *parameters, int with)
-{
-    spring_tabulate(&shared->table, parameters->n, parameters->sigma, with);
-    spring_prepare(&shared->law, parameters, &shared->table);
-}
-
 static Entry *find_entry(const SpringParameters *parameters)
 {
     Entry *entry = entries;
-    while (entry != NULL && !fmu_fits(&entry->shared, parameters))
+    while (entry != NULL && !fmu_fits(&entry->shared.table, parameters))
         entry = entry->next;
     return entry;
 }
@@ -62,7 +50,8 @@ const SharedSpring *fmu_acquire(const SpringParameters *parameters)
     Entry *made = calloc(1, sizeof *made);
     if (made == NULL)
         return NULL;
-    fmu_fill(&made->shared, parameters, SPRING_WITH_DERIVATIVES | SPRING_WITH_ENERGIES);
+    fmu_tabulate(&made->shared.table, parameters);
+    spring_prepare(&made->shared.law, parameters, &made->shared.table);
     made->users = 0;
     lock();
     /* Another thread may have made the same table in the meantime. */
@@ -76,6 +65,14 @@ const SharedSpring *fmu_acquire(const SpringParameters *parameters)
     if (entry != made)
         free(made);
     return &entry->shared;
+}
+
+SharedSpring *fmu_unused_table(void)
+{
+    SharedSpring *made = malloc(sizeof *made);
+    if (made != NULL)
+        made->table.n = 0.0;
+    return made;
 }
 
 void fmu_release(const SharedSpring *shared)

@@ -19,11 +19,20 @@ typedef struct {
 SPRING_LOCAL const SharedSpring *fmu_acquire(const SpringParameters *parameters);
 
 /* Whether a table is that of these parameters. */
-SPRING_LOCAL int fmu_fits(const SharedSpring *shared, const SpringParameters *parameters);
+static inline int fmu_fits(const SpringTable *table, const SpringParameters *parameters)
+{
+    return table->n == parameters->n && table->curvature == 2.0 * parameters->sigma - 1.0;
+}
 
-/* Makes the table, and with it the law, of parameters in memory of the caller's; `with` says what the table holds
- * besides W. */
-SPRING_LOCAL void fmu_fill(SharedSpring *shared, const SpringParameters *parameters, int with);
+/* Makes the table of parameters in memory of the caller's. */
+static inline void fmu_tabulate(SpringTable *table, const SpringParameters *parameters)
+{
+    spring_tabulate(table, parameters->n, parameters->sigma, SPRING_WITH_DERIVATIVES | SPRING_WITH_ENERGIES);
+}
+
+/* Memory of the C library for a table of an instance's own, as yet of no parameters; NULL if there is not enough. What
+ * is not written to takes no room in most systems, so it is not cleared. */
+SPRING_LOCAL SharedSpring *fmu_unused_table(void);
 
 /* NULL is allowed. */
 SPRING_LOCAL void fmu_release(const SharedSpring *shared);

@@ -4,11 +4,7 @@
 
 #include <math.h>
 
-static Elements fmi2_elements(const Instance *instance, fmi2ValueReference reference)
-{
-    return (Elements){reference, 1};
-}
-
+#define FMI_PLACE(reference) (reference)
 #include "../fmu/fmu_derivatives.c"
 
 fmi2Status fmi2GetDirectionalDerivative(

@@ -1,10 +1,24 @@
-/* Checks of variables and their values at the beginning of a call of FMI 3.0. */
+/* Variables of FMI 3.0 by their value references, and checks of them at the beginning of a call.
+ *
+ * A reference is the place of a variable in FMI 2.0, after which come the time and, if there is one, the event indicator,
+ * counted from 1: some importers read dependencies, which are value references in FMI 3.0, as the indices that they are
+ * in FMI 2.0.
+ */
 #ifndef FMI3_ARGUMENTS_H
 #define FMI3_ARGUMENTS_H
 
-#include "fmi3_elements.h"
+#include "fmi3_states.h"
+#include "../fmi/fmu_interface.h"
 
-/* The variables must be of the type, and the values as many as their elements. `name` is that of the values. */
+static inline unsigned fmi3_place(fmi3ValueReference reference)
+{
+    return reference - 1u;
+}
+
+/* The name of the variable at a place, also of the time and the event indicator. */
+SPRING_LOCAL VariableName fmi3_name(const Instance *instance, unsigned place);
+
+/* The variables must be of the type, and the values as many. `name` is that of the values. */
 SPRING_APART FmuStatus fmi3_require(
     const Instance *instance, const char *call, const fmi3ValueReference references[], size_t count,
     const char *name, const void *values, size_t value_count, VariableType type);

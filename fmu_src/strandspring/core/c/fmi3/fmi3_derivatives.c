@@ -1,14 +1,16 @@
 /* The calls of FMI 3.0 about derivatives. */
 #include "fmi3_arguments.h"
+
+#define FMI_PLACE(reference) fmi3_place(reference)
 #include "../fmu/fmu_derivatives.c"
 
 /* Neither the time nor the event indicator has derivatives. */
 static FmuStatus require_derivable(const Instance *instance, const List *list)
 {
-    for (Walk walk = {.list = list}; next(instance, &walk);)
-        if (walk.element >= instance->variables)
+    for (size_t i = 0; i < list->count; i++)
+        if (place_of(list, i) >= instance->variables)
             return FMU_REFUSE(&instance->log, "There are no derivatives of or with respect to `%s`.",
-                              fmi3_name(instance, walk.element).text);
+                              fmi3_name(instance, place_of(list, i)).text);
     return FMU_OK;
 }
 
@@ -43,14 +45,13 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference val
     const List outputs = {valueReferences, nValueReferences};
     if (require_derivable(instance, &outputs) != FMU_OK)
         return fmi3Error;
-    /* Outputs are no arrays. */
     for (size_t i = 0; i < nValueReferences; i++)
-        if (require_rate(instance, fmi3_elements(instance, valueReferences[i]).first, orders[i]) != FMU_OK)
+        if (require_rate(instance, fmi3_place(valueReferences[i]), orders[i]) != FMU_OK)
             return fmi3Error;
     if (nValueReferences == 0)
         return fmi3OK;
     FmuStatus status = gradients_of_path(instance, &at);
     for (size_t i = 0; i < nValueReferences && status == FMU_OK; i++)
-        values[i] = rate_of(instance, &at, fmi3_elements(instance, valueReferences[i]).first);
+        values[i] = rate_of(instance, &at, fmi3_place(valueReferences[i]));
     return status;
 }

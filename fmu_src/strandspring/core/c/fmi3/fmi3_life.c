@@ -86,11 +86,11 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefi
 FMU_SNAPSHOT_CALLS(GetFMUState, SetFMUState, FreeFMUState, SerializedFMUStateSize, SerializeFMUState,
                    DeserializeFMUState)
 
-static FmuStatus read_element(Instance *instance, unsigned element, double *value)
+static FmuStatus read_value(Instance *instance, unsigned place, double *value)
 {
-    if (element < instance->variables)
-        return fmu_read(instance, &element, 1, value);
-    *value = fmi3_value_beyond(instance, element);
+    if (place < instance->variables)
+        return fmu_read(instance, &place, 1, value);
+    *value = place == instance->variables ? instance->state.time : fmu_indicator(instance);
     return FMU_OK;
 }
 
@@ -99,20 +99,17 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference valueReferenc
 {
     FMU_REQUIRE(c, GetFloat64);
     FMI3_REQUIRE_VALUES(instance, GetFloat64, VARIABLE_REAL);
-    for (size_t i = 0; i < nValueReferences; i++) {
-        Elements elements = fmi3_elements(instance, valueReferences[i]);
-        for (unsigned k = 0; k < elements.count; k++)
-            if (read_element(instance, elements.first + k, values++) != FMU_OK)
-                return fmi3Error;
-    }
+    for (size_t i = 0; i < nValueReferences; i++)
+        if (read_value(instance, fmi3_place(valueReferences[i]), &values[i]) != FMU_OK)
+            return fmi3Error;
     return fmi3OK;
 }
 
-static FmuStatus require_change(const Instance *instance, unsigned element, double value)
+static FmuStatus require_change(const Instance *instance, unsigned place, double value)
 {
-    if (element < instance->variables)
-        return fmu_require_change(instance, element, value);
-    return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.", fmi3_name(instance, element).text);
+    if (place < instance->variables)
+        return fmu_require_change(instance, place, value);
+    return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.", fmi3_name(instance, place).text);
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
@@ -120,20 +117,12 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference valueReferenc
 {
     FMU_REQUIRE(c, SetFloat64);
     FMI3_REQUIRE_VALUES(instance, SetFloat64, VARIABLE_REAL);
-    const double *value = values;
-    for (size_t i = 0; i < nValueReferences; i++) {
-        Elements elements = fmi3_elements(instance, valueReferences[i]);
-        for (unsigned k = 0; k < elements.count; k++)
-            if (require_change(instance, elements.first + k, *value++) != FMU_OK)
-                return fmi3Error;
-    }
-    value = values;
+    for (size_t i = 0; i < nValueReferences; i++)
+        if (require_change(instance, fmi3_place(valueReferences[i]), values[i]) != FMU_OK)
+            return fmi3Error;
     fmu_open_changes(instance);
-    for (size_t i = 0; i < nValueReferences; i++) {
-        Elements elements = fmi3_elements(instance, valueReferences[i]);
-        for (unsigned k = 0; k < elements.count; k++)
-            fmu_change(instance, elements.first + k, *value++);
-    }
+    for (size_t i = 0; i < nValueReferences; i++)
+        fmu_change(instance, fmi3_place(valueReferences[i]), values[i]);
     return fmu_apply_changes(instance);
 }
 

@@ -20,7 +20,7 @@ typedef struct {
 static const volatile SpringBlock fmu_block = {
     .magic = "strandspringfmu",
     .size = sizeof(SpringBlock),
-    .version = 8,
+    .version = 9,
 #include "spring_values.h"
 };
 

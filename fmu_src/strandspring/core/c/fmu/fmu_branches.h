@@ -27,13 +27,6 @@ typedef struct {
 
 SPRING_LOCAL AddedVariable fmu_added(const Settings *settings, unsigned reference);
 
-/* Whether omega or an elongation along a path depends on it. */
-static inline int fmu_added_shapes_path(AddedVariable variable)
-{
-    return (variable.kind == ADDED_SCALAR && variable.index > 0) || variable.kind == ADDED_OMEGA_START ||
-           variable.kind == ADDED_TIME_CONSTANT;
-}
-
 static inline int fmu_added_is_parameter(AddedVariable variable)
 {
     return variable.kind != ADDED_NONE && variable.kind != ADDED_OMEGA && variable.kind < ADDED_ELONGATION;

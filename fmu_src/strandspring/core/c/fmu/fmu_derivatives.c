@@ -1,5 +1,5 @@
-/* Derivatives of outputs and of rates of states, by elements of variables, with respect to variables, whose sums over
- * knowns or over unknowns the versions of FMI ask for, and to time. The version says which elements a variable has. */
+/* Derivatives of outputs and of rates of states with respect to variables, whose sums over knowns or over unknowns the
+ * versions of FMI ask for, and to time. FMI_PLACE of a version says which variable has a value reference. */
 #include "fmu_branches.h"
 #include "fmu_instance.h"
 
@@ -66,7 +66,7 @@ static FmuStatus gradients(Instance *instance, Gradients *at)
     const SpringMemory *reached = reach_smooth(instance);
     if (reached == NULL)
         return FMU_ERROR;
-    int is_kept = !instance->has_states && !instance->state.settings.real_time;
+    int is_kept = !instance->has_states;
     SpringSensitivity sensitivity = {0};
     if (is_kept)
         sensitivity = fmu_sensitivity(instance, reached);
@@ -179,8 +179,7 @@ static double partial(const Instance *instance, const Gradients *at, unsigned un
 static FmuStatus require_unknown(const Instance *instance, unsigned unknown)
 {
     const Settings *settings = &instance->state.settings;
-    int is_left_out = unknown == SPRING_ABSORBED_ENERGY && settings->no_energy;
-    if (is_left_out || (fmu_causality(settings, unknown) != VARIABLE_OUTPUT && !fmu_is_rate(settings, unknown)))
+    if (fmu_causality(settings, unknown) != VARIABLE_OUTPUT && !fmu_is_rate(settings, unknown))
         return FMU_REFUSE(&instance->log, "`%s` is not an output, so it has no derivatives.",
                           fmu_variable_name(instance, unknown).text);
     return FMU_OK;
@@ -197,13 +196,6 @@ static FmuStatus require_known(const Instance *instance, unsigned known)
     if (known == fmu_input_resolution(settings) && !(instance->state.mode & INITIALIZATION))
         return FMU_REFUSE(
             &instance->log, "There are no derivatives with respect to `input_resolution` after initialization.");
-    /* With states there is no path since the beginning, of which derivatives would be kept: omega is given. */
-    if (settings->real_time && !settings->has_states && !(instance->state.mode & INITIALIZATION) &&
-        fmu_shapes_path(settings, known))
-        return FMU_REFUSE(&instance->log,
-                          "An FMU for real time gives no derivatives with respect to `%s` after initialization; build "
-                          "one without --real-time.",
-                          fmu_name(settings, known).text);
     return FMU_OK;
 }
 
@@ -243,63 +235,48 @@ typedef struct {
     size_t count;
 } List;
 
-/* One by one the elements of a list: begins at 0, ends when `next` returns 0. */
-typedef struct {
-    const List *list;
-    size_t variable;
-    unsigned place, element;
-} Walk;
-
-static int next(const Instance *instance, Walk *walk)
+static unsigned place_of(const List *list, size_t i)
 {
-    if (walk->variable == walk->list->count)
-        return 0;
-    Elements elements = FMI(_elements)(instance, walk->list->references[walk->variable]);
-    walk->element = elements.first + walk->place;
-    if (++walk->place == elements.count) {
-        walk->place = 0;
-        walk->variable++;
-    }
-    return 1;
+    return FMI_PLACE(list->references[i]);
 }
 
 /* Whether all these derivatives can be given. */
 static FmuStatus require_derivatives(const Instance *instance, const List *unknowns, const List *knowns)
 {
-    for (Walk unknown = {.list = unknowns}; next(instance, &unknown);)
-        if (require_unknown(instance, unknown.element) != FMU_OK)
+    for (size_t i = 0; i < unknowns->count; i++)
+        if (require_unknown(instance, place_of(unknowns, i)) != FMU_OK)
             return FMU_ERROR;
-    for (Walk known = {.list = knowns}; next(instance, &known);) {
-        if (require_known(instance, known.element) != FMU_OK)
+    for (size_t k = 0; k < knowns->count; k++) {
+        if (require_known(instance, place_of(knowns, k)) != FMU_OK)
             return FMU_ERROR;
-        for (Walk unknown = {.list = unknowns}; next(instance, &unknown);)
-            if (require_pair(instance, unknown.element, known.element) != FMU_OK)
+        for (size_t i = 0; i < unknowns->count; i++)
+            if (require_pair(instance, place_of(unknowns, i), place_of(knowns, k)) != FMU_OK)
                 return FMU_ERROR;
     }
     return FMU_OK;
 }
 
-/* For each element of `of` the sum over those of `over` of seed times partial derivative; `adjoint`: `over` are the
+/* For each variable of `of` the sum over those of `over` of seed times partial derivative; `adjoint`: `over` are the
  * unknowns. */
 static FmuStatus sums(Instance *instance, const List *of, const List *over, int adjoint, const double seeds[],
                       double values[])
 {
     Gradients at;
-    const double *seed = seeds;
-    for (Walk seeded = {.list = over}; next(instance, &seeded);)
-        if (require_seed(instance, seeded.element, *seed++) != FMU_OK)
+    for (size_t k = 0; k < over->count; k++)
+        if (require_seed(instance, place_of(over, k), seeds[k]) != FMU_OK)
             return FMU_ERROR;
     if (gradients(instance, &at) != FMU_OK)
         return FMU_ERROR;
-    for (Walk one = {.list = of}; next(instance, &one);) {
+    for (size_t i = 0; i < of->count; i++) {
+        unsigned one = place_of(of, i);
         double sum = 0.0;
-        seed = seeds;
-        for (Walk other = {.list = over}; next(instance, &other);)
-            sum += *seed++ * (adjoint ? partial(instance, &at, other.element, one.element)
-                                      : partial(instance, &at, one.element, other.element));
-        if (require_sum(instance, one.element, sum) != FMU_OK)
+        for (size_t k = 0; k < over->count; k++) {
+            unsigned other = place_of(over, k);
+            sum += seeds[k] * (adjoint ? partial(instance, &at, other, one) : partial(instance, &at, one, other));
+        }
+        if (require_sum(instance, one, sum) != FMU_OK)
             return FMU_DISCARD;
-        *values++ = sum;
+        values[i] = sum;
     }
     return FMU_OK;
 }
@@ -326,11 +303,10 @@ static FmuStatus gradients_of_path(Instance *instance, Gradients *at)
                           "The outputs have no derivatives, for `displacement` moved at %s m/s in the last step; take "
                           "steps in which it moves at %g m/s or less.",
                           spring_number(state->rate).text, LARGEST_VELOCITY);
-    const SpringSensitivity *sensitivity = state->settings.real_time ? NULL : &state->sensitivity;
-    spring_gradient(instance->first.law, &state->memory, sensitivity, &at->of_force, &at->of_stiffness);
+    spring_gradient(instance->first.law, &state->memory, &state->sensitivity, &at->of_force, &at->of_stiffness);
     at->force = spring_force(instance->first.law, &state->memory);
     if (instance->has_added)
-        add_gradients(instance, &state->added, !state->settings.real_time, at);
+        add_gradients(instance, &state->added, 1, at);
     return FMU_OK;
 }
 

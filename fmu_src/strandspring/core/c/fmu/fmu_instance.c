@@ -7,6 +7,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Where the displacement set last lies: -1 below the identified range, +1 above it, 0 inside. */
@@ -21,23 +22,38 @@ double fmu_range(const State *state)
     return state->settings.spring.displacement_max - state->settings.spring.displacement_min;
 }
 
-/* The table of some parameters. With buffers the present one stays valid, and nothing is allocated. */
-static const SharedSpring *acquire(const Instance *instance, HeldLaw *held, const SpringParameters *parameters)
+/* The table of some parameters: the one that instances share, or one in the memory of this one. */
+static const SpringTable *table_of(HeldLaw *held, const SpringParameters *parameters)
 {
-    const SharedSpring *present = held->shared;
-    if (held->buffers == NULL)
-        return fmu_acquire(parameters);
-    if (present != NULL && fmu_fits(present, parameters))
-        return present;
-    SharedSpring *spare = &held->buffers[present == &held->buffers[0] ? 1 : 0];
-    fmu_fill(spare, parameters, instance->state.settings.no_energy ? 0 : SPRING_WITH_ENERGIES);
-    return spare;
+    if (held->shared != NULL && fmu_fits(&held->shared->table, parameters))
+        return &held->shared->table;
+    if (!fmu_fits(&held->own->table, parameters))
+        fmu_tabulate(&held->own->table, parameters);
+    return &held->own->table;
 }
 
-static void release(const HeldLaw *held, const SharedSpring *shared)
+/* Prepares the law of one mechanism. */
+static void take_law(HeldLaw *held, const SpringParameters *parameters, int has_path)
 {
-    if (held->buffers == NULL)
-        fmu_release(shared);
+    const SpringTable *table = has_path ? table_of(held, parameters) : NULL;
+    const SharedSpring *shared = held->shared;
+    if (shared != NULL && memcmp(&shared->law.parameters, parameters, sizeof *parameters) == 0) {
+        held->law = &shared->law;
+    } else {
+        spring_prepare(&held->own->law, parameters, table);
+        held->law = &held->own->law;
+    }
+}
+
+/* What a mechanism needs as long as it lives: nothing is allocated later. Returns 0 if memory is missing. */
+static int hold(HeldLaw *held, const SpringParameters *start, int has_path)
+{
+    char problem[256];
+    held->own = fmu_unused_table();
+    if (held->own == NULL || !has_path || spring_problem(start, problem, sizeof problem))
+        return held->own != NULL;
+    held->shared = fmu_acquire(start);
+    return held->shared != NULL;
 }
 
 Instance *fmu_instantiate(
@@ -50,21 +66,18 @@ Instance *fmu_instantiate(
     if (mode == ME_INSTANTIATED && start.added.branches && !start.has_states)
         return FMU_REFUSE_POINTER(
             log, "This FMU has Maxwell branches and is for co-simulation; build its form with states for model exchange.");
-    /* For steps with a deadline, where nothing may be allocated later. */
-    size_t seconds = start.added.mechanisms ? 2 : 0;
-    size_t buffers = start.real_time ? 2 + seconds : 0;
-    Instance *instance =
-        fmu_new_instance(log, name, guid, guid_name, memory,
-                         sizeof *instance + seconds * sizeof(SpringLaw) + buffers * sizeof(SharedSpring));
+    Instance *instance = fmu_new_instance(log, name, guid, guid_name, memory, sizeof *instance);
     if (instance == NULL)
         return NULL;
     instance->log = *log;
     instance->memory = *memory;
-    SpringLaw *laws = (SpringLaw *)(void *)(instance + 1);
-    SharedSpring *tables = buffers ? (SharedSpring *)(void *)(laws + seconds) : NULL;
-    instance->first = (HeldLaw){.own_laws = instance->own_laws, .buffers = tables};
-    if (seconds)
-        instance->second = (HeldLaw){.own_laws = laws, .buffers = buffers ? tables + 2 : NULL};
+    SpringParameters second = spring_second(&start.spring, &start.added);
+    if (!hold(&instance->first, &start.spring, !start.has_states) ||
+        (start.added.mechanisms && !hold(&instance->second, &second, !start.has_states))) {
+        (void)FMU_REFUSE(log, "There is not enough memory for the tables of this spring.");
+        fmu_free(instance);
+        return NULL;
+    }
     fmu_begin(instance, mode);
     return instance;
 }
@@ -74,8 +87,10 @@ void fmu_free(Instance *instance)
     if (instance == NULL)
         return;
     Memory memory = instance->memory;
-    release(&instance->first, instance->first.shared);
-    release(&instance->second, instance->second.shared);
+    fmu_release(instance->first.shared);
+    fmu_release(instance->second.shared);
+    free(instance->first.own);
+    free(instance->second.own);
     fmu_free_instance(instance, &memory);
 }
 
@@ -87,8 +102,6 @@ void fmu_begin(Instance *instance, int mode)
         .stop_time = INFINITY,
         .settings = fmu_start_settings(),
     };
-    /* Steps with a deadline cost the same from the first one on. */
-    start.energy_wanted = start.settings.real_time && !start.settings.no_energy;
     instance->variables = fmu_variables(&start.settings);
     instance->has_states = start.settings.has_states != 0;
     instance->has_added = fmu_has_added(&start.settings);
@@ -107,42 +120,8 @@ void fmu_restore(Instance *instance, const State *state)
     instance->state = *state;
 }
 
-SPRING_COLD FmuStatus refuse_memory(const Instance *instance)
-{
-    return FMU_REFUSE(&instance->log, "There is not enough memory for the tables of this spring.");
-}
-
-/* Prepares the law of one mechanism. */
-static FmuStatus take_law(Instance *instance, HeldLaw *held, const SpringParameters *parameters, int has_path)
-{
-    /* Acquired before the old one is released, which is often the same. */
-    const SharedSpring *shared = has_path ? acquire(instance, held, parameters) : NULL;
-    if (shared == NULL && has_path)
-        return refuse_memory(instance);
-    if (shared != NULL && memcmp(&shared->law.parameters, parameters, sizeof *parameters) == 0) {
-        held->law = &shared->law;
-    } else {
-        SpringLaw *law = &held->own_laws[held->law == &held->own_laws[0] ? 1 : 0];
-        spring_prepare(law, parameters, shared == NULL ? NULL : &shared->table);
-        held->law = law;
-    }
-    release(held, held->shared);
-    held->shared = shared;
-    return FMU_OK;
-}
-
-SPRING_COLD FmuStatus take_second_law(Instance *instance, const Settings *settings)
-{
-    SpringParameters second = spring_second(&settings->spring, &settings->added);
-    FmuStatus status = take_law(instance, &instance->second, &second, !settings->has_states);
-    if (status != FMU_OK)
-        instance->first.law = NULL; /* both are made again */
-    return status;
-}
-
-/* Prepares the laws of some parameters. The present ones stay as they are, but for shared ones that are no longer
- * acquired. */
-SPRING_COLD FmuStatus make_law(Instance *instance, const Settings *settings)
+/* Whether some parameters are a spring. */
+SPRING_COLD FmuStatus require_spring(const Instance *instance, const Settings *settings)
 {
     char problem[256];
     if (!(fabs(settings->omega_start) <= 1.0))
@@ -154,14 +133,28 @@ SPRING_COLD FmuStatus make_law(Instance *instance, const Settings *settings)
     if (spring_problem(&settings->spring, problem, sizeof problem) ||
         (instance->has_added && fmu_added_problem(settings, problem, sizeof problem)))
         return FMU_REFUSE(&instance->log, "%s", problem);
+    return FMU_OK;
+}
+
+/* Prepares the laws of parameters that are a spring. */
+SPRING_COLD void make_laws(Instance *instance, const Settings *settings)
+{
     instance->duration = -1.0; /* of no decays yet */
-    FmuStatus status = take_law(instance, &instance->first, &settings->spring, !settings->has_states);
-    return status == FMU_OK && instance->second.own_laws != NULL ? take_second_law(instance, settings) : status;
+    take_law(&instance->first, &settings->spring, !settings->has_states);
+    if (instance->second.own != NULL) {
+        SpringParameters second = spring_second(&settings->spring, &settings->added);
+        take_law(&instance->second, &second, !settings->has_states);
+    }
 }
 
 FmuStatus fmu_require_law(Instance *instance)
 {
-    return instance->first.law != NULL ? FMU_OK : make_law(instance, &instance->state.settings);
+    if (instance->first.law != NULL)
+        return FMU_OK;
+    FmuStatus status = require_spring(instance, &instance->state.settings);
+    if (status == FMU_OK)
+        make_laws(instance, &instance->state.settings);
+    return status;
 }
 
 static int is_resolved(const State *state)
@@ -215,8 +208,7 @@ SPRING_COLD void show_trial(Instance *instance)
     instance->shown.displacement = state->displacement;
     if (instance->second.law == NULL)
         return;
-    if (!state->settings.no_energy)
-        spring_integrate(instance->second.law, second);
+    spring_integrate(instance->second.law, second);
     second->displacement = second->energy_at = state->displacement;
 }
 
@@ -351,9 +343,6 @@ FmuStatus fmu_read(Instance *instance, const unsigned references[], size_t count
         } else if (references[i] >= SPRING_FIRST_PARAMETER && is_given(&state->settings, references[i])) {
             int is_velocity = fmu_causality(&state->settings, references[i]) == VARIABLE_INPUT;
             values[i] = is_velocity ? state->velocity : *fmu_setting(&state->settings, references[i]);
-        } else if (references[i] == SPRING_ABSORBED_ENERGY && state->settings.no_energy) {
-            return FMU_REFUSE(
-                &instance->log, "`absorbed_energy` is left out of this FMU; build it with energy to read it.");
         } else {
             const SpringMemory *reached = fmu_reach(instance);
             if (reached == NULL)
@@ -369,11 +358,10 @@ FmuStatus fmu_read(Instance *instance, const unsigned references[], size_t count
 SPRING_COLD void catch_up(Instance *instance)
 {
     State *state = &instance->state;
-    int is_kept = !state->settings.real_time;
     double end = path_end(state);
-    spring_commit(instance->first.law, &state->memory, is_kept ? &state->sensitivity : NULL, end);
+    spring_commit(instance->first.law, &state->memory, &state->sensitivity, end);
     if (instance->second.law != NULL)
-        spring_commit(instance->second.law, &state->added.second, is_kept ? &state->added.sensitivity : NULL, end);
+        spring_commit(instance->second.law, &state->added.second, &state->added.sensitivity, end);
     state->resolver = spring_resolver_start(end, state->memory.direction);
 }
 
@@ -383,37 +371,28 @@ SPRING_COLD FmuStatus change_parameters(Instance *instance, const Settings *sett
     State *state = &instance->state;
     if (memcmp(settings, &state->settings, sizeof *settings) == 0)
         return FMU_OK;
-    if (settings->has_states) {
-        if (make_law(instance, settings) != FMU_OK)
-            return FMU_ERROR;
-        state->settings = *settings;
-        return FMU_OK;
-    }
-    if (fmu_require_law(instance) != FMU_OK)
+    if (require_spring(instance, settings) != FMU_OK || fmu_require_law(instance) != FMU_OK)
         return FMU_ERROR;
-    /* The old laws must last until they have been left. */
-    const SpringLaw *before = instance->first.law, *second = instance->second.law;
-    const SharedSpring *kept = acquire(instance, &instance->first, &before->parameters);
-    const SharedSpring *kept_second = second == NULL ? NULL : acquire(instance, &instance->second, &second->parameters);
-    FmuStatus status = kept == NULL || (second != NULL && kept_second == NULL) ? refuse_memory(instance)
-                                                                               : make_law(instance, settings);
-    if (status == FMU_OK) {
-        int is_kept = !settings->real_time;
-        spring_change(before, instance->first.law, &state->memory, is_kept ? &state->sensitivity : NULL);
-        if (second != NULL)
-            spring_change(second, instance->second.law, &state->added.second,
-                          is_kept ? &state->added.sensitivity : NULL);
-        for (int i = 0; i < settings->added.branches; i++)
-            if (settings->added.time_constant[i] != state->settings.added.time_constant[i])
-                state->added.by_log[i] = 0.0; /* counts from here on */
-        if (settings->input_resolution != state->settings.input_resolution)
-            catch_up(instance);
-        state->settings = *settings;
-    }
-    release(&instance->first, kept);
-    if (second != NULL)
-        release(&instance->second, kept_second);
-    return status;
+    int has_path = !settings->has_states, has_second = has_path && instance->second.own != NULL;
+    SpringMemory *second = &state->added.second;
+    SpringSensitivity *of_second = &state->added.sensitivity;
+    SpringParameters next = spring_second(&settings->spring, &settings->added);
+    SpringDeparture left = {0}, left_second = {0};
+    if (has_path)
+        left = spring_leave(instance->first.law, &settings->spring, &state->memory, &state->sensitivity);
+    if (has_second)
+        left_second = spring_leave(instance->second.law, &next, second, of_second);
+    make_laws(instance, settings);
+    spring_arrive(instance->first.law, &left, &state->memory, &state->sensitivity);
+    if (has_second)
+        spring_arrive(instance->second.law, &left_second, second, of_second);
+    for (int i = 0; i < settings->added.branches; i++)
+        if (has_path && settings->added.time_constant[i] != state->settings.added.time_constant[i])
+            state->added.by_log[i] = 0.0; /* counts from here on */
+    if (settings->input_resolution != state->settings.input_resolution)
+        catch_up(instance);
+    state->settings = *settings;
+    return FMU_OK;
 }
 
 static FmuStatus require_settable(const Instance *instance, unsigned reference, double value)
@@ -558,8 +537,7 @@ SPRING_COLD void warn_of_excursion(const Instance *instance)
 SPRING_APART void take_trial(Instance *instance)
 {
     State *state = &instance->state;
-    if (!state->settings.real_time)
-        state->sensitivity = fmu_sensitivity(instance, &instance->trial);
+    state->sensitivity = fmu_sensitivity(instance, &instance->trial);
     state->memory = instance->trial;
     instance->has_trial = 0;
 }
@@ -583,7 +561,7 @@ SPRING_APART void commit_added(Instance *instance, double end, double duration)
     const SpringLaw *second = instance->second.law;
     if (instance->has_states)
         return;
-    spring_added_commit(&state->settings.added, second, &state->added, !state->settings.real_time,
+    spring_added_commit(&state->settings.added, second, &state->added, 1,
                         start_of_way(state, end), end, duration, decays_over(instance, duration));
     if (state->energy_wanted && second != NULL)
         spring_integrate(second, &state->added.second);
@@ -597,20 +575,16 @@ static void commit(Instance *instance, double duration)
     double end = is_resolved(state) ? followed(state) : state->displacement;
     if (instance->has_added)
         commit_added(instance, end, duration);
-    if (instance->has_trial) {
+    if (instance->has_trial)
         take_trial(instance);
-    } else {
-        /* Within a deadline sensitivities are not kept. */
-        SpringSensitivity *sensitivity = state->settings.real_time ? NULL : &state->sensitivity;
-        spring_commit(instance->first.law, &state->memory, sensitivity, end);
-    }
+    else
+        spring_commit(instance->first.law, &state->memory, &state->sensitivity, end);
     if (is_resolved(state))
         spring_resolve(&state->resolver, state->displacement, state->settings.input_resolution);
     if (state->energy_wanted)
         spring_integrate(instance->first.law, &state->memory);
     if (at != state->side) {
-        /* Within a deadline no text is made: `extrapolating` tells as much. */
-        if (at != 0 && !state->settings.real_time)
+        if (at != 0)
             warn_of_excursion(instance);
         state->side = at;
     }

@@ -28,10 +28,9 @@ typedef struct {
 
 /* The law of a mechanism as an instance holds it. */
 typedef struct {
-    const SpringLaw *law; /* of the present parameters: a shared one or one of its own; NULL if there is none */
-    const SharedSpring *shared; /* acquired for the law made last; may be NULL */
-    SharedSpring *buffers;      /* two of its own, for a step with a deadline; else NULL */
-    SpringLaw *own_laws;        /* two, one of which may be the present one */
+    const SpringLaw *law; /* of the present parameters: a shared one or its own; NULL if there is none */
+    const SharedSpring *shared; /* that of the start values; NULL if they are no spring, or no path is remembered */
+    SharedSpring *own; /* for other values; NULL if there is no such mechanism */
 } HeldLaw;
 
 typedef struct {
@@ -49,9 +48,8 @@ typedef struct {
     double duration;
     Changes changes;
     VelocityWatch velocity_watch; /* of the form with states */
-    SpringLaw own_laws[2]; /* of the first mechanism */
     Log log;
-    Memory memory; /* the host's functions for the instance's own memory, which its buffers and its name follow */
+    Memory memory; /* the host's functions for the instance's own memory, which its name follows */
 } Instance;
 
 /* A new instance, in the first mode of model exchange or co-simulation; NULL, after a message, if there can be none. */

@@ -29,9 +29,6 @@ typedef struct {
     double omega_start;
     double input_resolution; /* of the displacement [m]; 0 in the form with states */
     int64_t has_states;
-    int64_t real_time; /* whether nothing may be allocated after instantiation */
-    int64_t no_energy; /* whether absorbed_energy is left out */
-    int64_t arrays; /* whether coefficients are arrays, in FMI 3.0 */
     SpringAdded added;
     double second_omega_start;
 } Settings;

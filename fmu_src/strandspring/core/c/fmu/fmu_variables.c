@@ -75,20 +75,11 @@ int fmu_is_tunable(const Settings *settings, unsigned reference)
     if (added.kind != ADDED_NONE)
         return fmu_added_is_tunable(added);
     ParameterPlace place = parameter_place(settings, reference);
-    if (place.list == AMPLIFIER && !settings->arrays)
+    if (place.list == AMPLIFIER)
         return place.index > 0; /* kA_0 is 1 */
     if (place.list == OWN)
         return reference == fmu_input_resolution(settings);
     return place.list == SCALAR ? place.index < TUNABLE_SCALARS : place.list != KNOT;
-}
-
-int fmu_shapes_path(const Settings *settings, unsigned reference)
-{
-    AddedVariable added = fmu_added(settings, reference);
-    if (added.kind != ADDED_NONE)
-        return fmu_added_shapes_path(added);
-    ParameterPlace place = parameter_place(settings, reference);
-    return (place.list == OWN && place.index == OWN_OMEGA_START) || (place.list == SCALAR && place.index > 0 && place.index < TUNABLE_SCALARS);
 }
 
 VariableName fmu_name(const Settings *settings, unsigned reference)

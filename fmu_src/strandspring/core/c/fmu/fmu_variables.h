@@ -41,10 +41,6 @@ SPRING_LOCAL int fmu_is_rate(const Settings *settings, unsigned reference);
 /* Whether a parameter may be changed after initialization. */
 SPRING_LOCAL int fmu_is_tunable(const Settings *settings, unsigned reference);
 
-/* Whether the memory of a path depends on a parameter: rho, sigma, n and omega_start, and those like them of a second
- * mechanism and of branches. */
-SPRING_LOCAL int fmu_shapes_path(const Settings *settings, unsigned reference);
-
 SPRING_LOCAL VariableName fmu_name(const Settings *settings, unsigned reference);
 
 /* Whether a value is one of input_resolution. */

@@ -292,26 +292,41 @@ SpringSensitivity spring_trial_sensitivity(
     return inherited(law, after, &change);
 }
 
+SpringDeparture spring_leave(
+    const SpringLaw *law, const SpringParameters *next, SpringMemory *memory, const SpringSensitivity *sensitivity)
+{
+    const SpringParameters *old = &law->parameters;
+    int is_other = old->rho != next->rho || old->sigma != next->sigma || old->n != next->n;
+    SpringDeparture departure = {.begins_anew = memory->direction != 0 && is_other};
+    spring_integrate(law, memory);
+    if (!departure.begins_anew || sensitivity == NULL)
+        return departure;
+    departure.change = omega_derivatives(law, memory, sensitivity);
+    if (old->rho != next->rho)
+        departure.change.by_rho = 0.0;
+    if (old->sigma != next->sigma)
+        departure.change.by_sigma = 0.0;
+    if (old->n != next->n)
+        departure.change.by_n = 0.0;
+    return departure;
+}
+
+void spring_arrive(
+    const SpringLaw *law, const SpringDeparture *departure, SpringMemory *memory, SpringSensitivity *sensitivity)
+{
+    if (!departure->begins_anew)
+        return;
+    memory->start = memory->displacement;
+    memory->start_xi = spring_inverse(law->table, memory->direction * memory->omega);
+    if (sensitivity != NULL)
+        *sensitivity = inherited(law, memory, &departure->change);
+}
+
 void spring_change(
     const SpringLaw *before, const SpringLaw *after, SpringMemory *memory, SpringSensitivity *sensitivity)
 {
-    const SpringParameters *old = &before->parameters, *new = &after->parameters;
-    spring_integrate(before, memory);
-    if (memory->direction == 0 || (old->rho == new->rho && old->sigma == new->sigma && old->n == new->n))
-        return;
-    SpringSensitivity change = {0};
-    if (sensitivity != NULL)
-        change = omega_derivatives(before, memory, sensitivity);
-    if (old->rho != new->rho)
-        change.by_rho = 0.0;
-    if (old->sigma != new->sigma)
-        change.by_sigma = 0.0;
-    if (old->n != new->n)
-        change.by_n = 0.0;
-    memory->start = memory->displacement;
-    memory->start_xi = spring_inverse(after->table, memory->direction * memory->omega);
-    if (sensitivity != NULL)
-        *sensitivity = inherited(after, memory, &change);
+    SpringDeparture departure = spring_leave(before, &after->parameters, memory, sensitivity);
+    spring_arrive(after, &departure, memory, sensitivity);
 }
 
 /* A new stroke, and what it inherits. */

@@ -110,6 +110,17 @@ SPRING_LOCAL void spring_commit(
 SPRING_LOCAL void spring_change(
     const SpringLaw *before, const SpringLaw *after, SpringMemory *memory, SpringSensitivity *sensitivity);
 
+/* The same in two calls, between which the memory of the old law and of its table may become that of the new ones. */
+typedef struct {
+    int begins_anew; /* whether the stroke does */
+    SpringSensitivity change; /* derivatives of omega there */
+} SpringDeparture;
+
+SPRING_LOCAL SpringDeparture spring_leave(
+    const SpringLaw *law, const SpringParameters *next, SpringMemory *memory, const SpringSensitivity *sensitivity);
+SPRING_LOCAL void spring_arrive(
+    const SpringLaw *law, const SpringDeparture *departure, SpringMemory *memory, SpringSensitivity *sensitivity);
+
 /* Exact derivatives of force and stiffness where the path ends. The force's derivative by displacement is the tangent
  * stiffness; a path that has not moved yet (direction 0) answers for the loading direction. For n < 1 the stiffness has
  * a cusp at omega = 0, where its derivative is that of the nearest omega a double resolves beside 1, 2e-16, so that it

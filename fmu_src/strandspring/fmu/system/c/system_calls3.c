@@ -1,22 +1,6 @@
-/* The calls of FMI 3.0 about derivatives, and the names of elements. Inputs hold over a step: FMI 3.0 has no
- * derivatives of inputs, and there is no intermediate update. */
+/* The calls of FMI 3.0 about derivatives. Inputs hold over a step: FMI 3.0 has no derivatives of inputs, and there is no
+ * intermediate update. */
 #include "../../../core/c/fmi3/fmi3_arguments.h"
-
-/* Value references are those of system_instance.h, then the time, counted from 1. */
-Elements fmi3_elements(const Instance *instance, fmi3ValueReference reference)
-{
-    return reference - 1 <= instance->variables ? (Elements){reference - 1, 1} : (Elements){0, 0};
-}
-
-VariableName fmi3_name(const Instance *instance, unsigned element)
-{
-    return element < instance->variables ? system_name(element) : (VariableName){"time"};
-}
-
-double fmi3_value_beyond(const Instance *instance, unsigned element)
-{
-    return instance->state.time;
-}
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                                     const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)

@@ -112,6 +112,18 @@ static inline FmuStatus fmu_step_to(Instance *instance, double time, double size
     return status;
 }
 
+/* There is no event indicator. */
+static inline size_t fmu_indicators(const Instance *instance)
+{
+    (void)instance;
+    return 0;
+}
+static inline double fmu_indicator(const Instance *instance)
+{
+    (void)instance;
+    return 0.0;
+}
+
 /* Takes the instance to a state of this FMU. */
 SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);
 
