@@ -22,7 +22,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.loop import PANELS, Loop, relaxed_branches, steady_loop
 from ..loops.reading import Reading
-from ..model.coordinates import counted_from
+from ..model.coordinates import chosen_zero, counted_from
 from ..model.modelfile import ModelFile
 from ..model.stated_cautions import stated_cautions
 from ..records.record import Record
@@ -288,8 +288,8 @@ def compare(
     """
     models = (model_of(a), model_of(b))
     as_recorded = (models[0].parameters, models[1].parameters)
-    a_moved, b_moved = (counted_from(_middle_of(p), p) for p in as_recorded)
-    from_middles = (a_moved, b_moved)
+    middles = [chosen_zero("middle", p) for p in as_recorded]
+    from_middles = (counted_from(middles[0], as_recorded[0]), counted_from(middles[1], as_recorded[1]))
     springs = as_recorded if comparing.align == "record" else from_middles
     low, high = _shared_range(springs)
     narrower = min(p.displacement_max - p.displacement_min for p in springs)
@@ -316,7 +316,7 @@ def compare(
     findings = [*of_records(records), *_of_models(models, records)]
     if found["verdict"] in (ComparisonVerdict.DIFFERENT, ComparisonVerdict.NOT_FOUND):
         findings.append(Finding(Outcome.SCATTER))
-    distance = _middle_of(as_recorded[1]) - _middle_of(as_recorded[0])
+    distance = middles[1] - middles[0]
     if comparing.align == "record" and abs(distance) > _SHIFTED * np.ptp(_shared_range(from_middles)):
         shares = {"apart": _apart(*loops)[1], "aligned": _apart(*_loops(from_middles))[1]}
         findings.append(Finding(Outcome.ZERO_MOVED, {"distance": distance, **shares}))
@@ -343,10 +343,6 @@ def _better(a: RecordFit, b: RecordFit) -> str | None:
     """Which spring follows a record better, by errors that differ by more than 5 %."""
     least = 1.0 - _AS_WELL
     return "A" if a.rmse < least * b.rmse else "B" if b.rmse < least * a.rmse else None
-
-
-def _middle_of(p: SpringParameters) -> float:
-    return 0.5 * (p.displacement_min + p.displacement_max)
 
 
 def _shared_range(springs: Pair) -> tuple[float, float]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.parameters import SpringParameters
-from ..errors import ModelError, OptionError, RecordError
+from ..errors import OptionError, RecordError
 from ..findings import Finding, Outcome
 from ..ground.arguments import numbers
 from ..ground.files import write_csv
@@ -366,11 +366,8 @@ def predict(
     ['record', 'displacement', 'force', 'predicted', 'lower', 'upper']
     """
     content, source = model_of(model), source_of(model)
-    try:
-        interval = ForceInterval.from_uncertainty(content.uncertainty)
-        joint = JointCovariance.from_uncertainty(content.parameters, content.uncertainty)
-    except ModelError as problem:
-        raise ModelError(f"{source}: {problem}") from None
+    interval = ForceInterval.from_uncertainty(content.uncertainty)
+    joint = JointCovariance.from_uncertainty(content.parameters, content.uncertainty)
     records = tuple(given_records(data, force, time, displacement, reading))
     if not records:
         raise ValueError("`data` must hold at least one record, got none.")
