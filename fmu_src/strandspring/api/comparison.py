@@ -57,7 +57,7 @@ Pair = tuple[SpringParameters, SpringParameters]
 _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
 _SLACK = 1e-3  # share of half the range by which an amplitude may pass it: cycles differ by as much
 _AS_WELL = 0.05  # records are followed equally well if the errors differ by less
-_LEAST_SHARED = 0.5  # of the narrower range, below which ranges are not compared where they lie
+_LEAST_SHARED = 0.5  # of the narrower range; with less, ranges are to be aligned
 _SHIFTED = 0.02  # distance of the middles, share of the range, from which a moved zero is suspected
 _COLORS = ("C0", "C3")
 _FOLLOWED = (
@@ -67,7 +67,7 @@ _FOLLOWED = (
     ResultColumn("b", "N", "rms error of B", "rmse of B", "N"),
 )
 # Of a mass on either spring.
-_LEVEL = 0.01  # amplitude of the base, share of the free travel of the spring that has less
+_LEVEL = 0.01  # amplitude of the base, share of the lesser free travel
 _POINTS = 200
 _FREQUENCY = 10.0  # Hz, where no mass rests in the middle of the range by its weight
 _LEAST_WEIGHT = 0.02  # static load that is a weight, share of the range of forces
@@ -257,7 +257,7 @@ def compare(
     Parameters
     ----------
     a, b : Spring, ModelFile or path   Model files, or FMUs that hold one.
-    *data : Source, or arrays   Records that both should follow; or arrays of displacement and force, and time.
+    *data : Source, or arrays   Records that both should follow, or arrays of displacement, force and time.
     comparing : Comparing       Loops, mass and draws; or its fields as keywords.
     reading : Reading           How records are read and cut; or its fields as keywords.
 
@@ -357,7 +357,7 @@ def _loops(springs: Pair) -> tuple[Loop, Loop]:
 
 
 def _apart(a: Loop, b: Loop) -> tuple[float, float]:
-    """rms difference of force between two loops of one range [N], and its share of their mean height."""
+    """rms difference of force between two loops [N], and its share of their mean height."""
     forces = [np.concatenate([loop.loading.force, loop.unloading.force]) for loop in (a, b)]
     rms = float(np.sqrt(np.mean((forces[1] - forces[0]) ** 2)))
     return rms, rms / max(0.5 * (a.figures.height + b.figures.height), 1e-300)

@@ -9,7 +9,7 @@ Where the forms of the models differ, only what remains in a common form counts,
 these are chosen from noisy records, and another choice shifts figures by more than their uncertainty. A model is put
 into a simpler form by identifying the record that it gives. Of wider classes nothing is judged.
 
-All judgements together have an error of 5 %, by Holm's procedure, which allows for any dependence between them.
+All judgements together have an error of 5 %, by Holm's procedure, whatever their dependence.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class SpringDifference:
     z: float = figure("1", "z")  # change over its standard deviation
     # That would be judged beyond the uncertainty in 95 of 100 cases.
     seen_from: float = figure("", "change that could have been seen")
-    p: float = figure("1", "p")  # probability of a z as far from 0 if the springs are the same
+    p: float = figure("1", "p")  # probability of a z as far from 0 for one spring
 
     def size(self, *values: float) -> str:
         """A change, or its ends, in percent or with its unit."""
@@ -113,7 +113,7 @@ class HysteresisTest:
     parameters: tuple[str, ...]  # that could be tested
     chi_square: float
     degrees_of_freedom: int
-    p: float  # probability of as large a chi-square if the springs are the same
+    p: float  # probability of as large a chi-square for one spring
     differs: bool | None = None  # beyond the uncertainty; None if no springs were drawn
 
 

@@ -244,9 +244,9 @@ class Prediction(Followed, PlottedResult):
     source : str               The model file's path, or the model's name.
     model : ModelFile
     records : tuple of Record
-    fits : tuple of RecordFit  Prediction and figures of each record, along its displacement as recorded.
+    fits : tuple of RecordFit  Of each record, along its displacement as recorded.
     findings : tuple of Finding
-    interval : ForceInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
+    interval : ForceInterval and JointCovariance, or None   Of the 95 % prediction interval.
     """
 
     source: str
@@ -258,7 +258,7 @@ class Prediction(Followed, PlottedResult):
 
     @cached_property
     def half_widths(self) -> tuple[FloatArray, ...]:
-        """Half-width of the 95 % prediction interval along each record [N], NaN if the model has none."""
+        """Half of the 95 % prediction interval along each record [N], NaN if the model has none."""
 
         def width(record: Record, fit: RecordFit) -> FloatArray:
             if self.interval is None:

@@ -64,7 +64,7 @@ _RATES = (RateVerdict.INDEPENDENT, RateVerdict.LITTLE, RateVerdict.DEPENDENT)
 
 
 class Program(NamedTuple):
-    """What a rig is to run: times from 0 at a constant step, shape (K,) [s], and displacements, shape (K,) [m]."""
+    """What a rig is to run: times at a constant step, shape (K,) [s], and displacements, shape (K,) [m]."""
 
     time: FloatArray
     displacement: FloatArray
@@ -77,7 +77,7 @@ class TestPlan(PlottedResult):
     Attributes
     ----------
     plan : Planned
-    findings : tuple of Finding   What was assumed of the rig, and what its limits leave.
+    findings : tuple of Finding   What was assumed, and what the limits leave.
     """
 
     __test__ = False  # no test of pytest
@@ -160,7 +160,7 @@ def plan(
     limits: Limits,
     reading: Reading,
 ) -> TestPlan:
-    """The displacement programme that decides most of what is open about a spring, within the limits of a rig.
+    """The programme that decides most of what is open about a spring, within the limits of a rig.
 
     Full, minor and small loops, another rate and dwells are chosen one after the other for what each decides in its
     time. The programme ends where figures are known to 5 % (energies of the smallest loops and parameters to 10 %), or

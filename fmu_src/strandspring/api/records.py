@@ -46,7 +46,7 @@ def show(
     Parameters
     ----------
     records : path, Record, DataFrame, or a sequence of these
-    path : path-like     The page to write, ending in .html; it opens offline.
+    path : path-like     The page to write, ending in .html.
     reading : Reading    How records are read and cut; or its fields as keywords.
 
     Returns
@@ -120,8 +120,8 @@ class Overview(Result):
 def synthesize(model: ModelSource, amplitudes: ArrayLike | None = None, *, sampling: Sampling) -> Record:
     """The record of a model's spring under sinusoidal displacement, or the paper's simulated experiment.
 
-    That is Ni's model in its steady state under x = X sin(t), paper eqs. (26)-(31). Its record holds whole periods
-    without their closing sample; the periods before the steady state are omitted.
+    That is Ni's model in its steady state under x = X sin(t), paper eqs. (26)-(31), in whole periods without their
+    closing sample.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def synthesize(model: ModelSource, amplitudes: ArrayLike | None = None, *, sampl
 
     Returns
     -------
-    Record   Its findings say the noise with its seed, and what lies outside the identified range.
+    Record   Its findings say noise and seed, and what lies outside the identified range.
 
     Raises
     ------

@@ -40,8 +40,8 @@ _MOMENTS = {"m": "timedelta64[ns]", "M": "datetime64[ns]"}  # by the kind of a d
 
 Source: TypeAlias = "Record | str | os.PathLike[str] | pd.DataFrame"
 _SI: Mapping[Quantity, str] = {"displacement": "m", "force": "N", "time": "s"}
-_MOST_METRES = 0.5  # of a displacement whose unit is assumed: beyond, it is in mm more often than in m
-_ROUNDING = 1e-9  # share of the identified range by which rounding may take a sample beyond its ends
+_MOST_METRES = 0.5  # of a displacement without a unit; larger ones are mostly in mm
+_ROUNDING = 1e-9  # share of the range by which rounding may take a sample beyond it
 _ALIKE = 0.15  # logarithm of the ratio of two amplitudes up to which they are alike
 _FEW = 0.05  # share of cycles that hardly counts
 
@@ -49,7 +49,7 @@ _FEW = 0.05  # share of cycles that hardly counts
 def given_records(
     data: Any, force: Any = None, time: Any = None, displacement: Any = None, reading: Reading | None = None
 ) -> list[Record]:
-    """Records of what `identify` and others are given: arrays, or sources with the columns to read.
+    """Records of what functions are given: arrays, or sources with the columns to read.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ class HoldsModel(Protocol):
 
 
 ModelSource: TypeAlias = HoldsModel | ModelFile | str | os.PathLike[str]
-# Is called with what is being done, the number of parts done, and how many there are.
+# Is called with what is being done, the parts done, and how many there are.
 Progress: TypeAlias = Callable[[str, float, int], None]
 
 
