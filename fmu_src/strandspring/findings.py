@@ -392,7 +392,7 @@ class Outcome(Enum):
     # Use of a model, and of records without and beside it
     NO_WHOLE_CYCLE = _caution(
         "The record holds no whole cycle",
-        details="{strokes} strokes",
+        details="strokes: {strokes}",
     )
     PARAMETERS_CHANGED = _caution(
         "Parameters lie outside their 95 % intervals, so they were changed after the identification",
