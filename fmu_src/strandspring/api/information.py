@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.parameters import SpringParameters
-from ..errors import ModelError, OptionError, RecordError
+from ..errors import OptionError, RecordError
 from ..findings import Finding, Outcome
 from ..ground.arguments import numbers
 from ..ground.files import write_csv
 from ..ground.options import refuse_given, takes
 from ..ground.quoting import printable
-from ..ground.result_columns import ResultColumn, values
+from ..ground.result_columns import values
 from ..ground.strict_json import objects
 from ..identification.figures import Followed, RecordFit, predict_record
 from ..kernel.arrays import FloatArray
@@ -34,16 +34,7 @@ from ..model.modelfile import ModelFile, is_fmu
 from ..model.stated_cautions import stated_cautions
 from ..model.stated_figures import in_words, stated_fit, stated_fits, stated_json, stated_verdict
 from ..records.record import Record
-from .common.given import (
-    Source,
-    effects_of,
-    given_records,
-    of_records,
-    outside,
-    records_of,
-    removed_effects,
-    unrecorded,
-)
+from .common.given import Source, effects_of, given_records, of_records, outside, records_of, unrecorded
 from .common.model_source import ModelSource, describes_system, model_of, origin_of, path_of, source_of
 from .common.result import PlottedResult, picked
 from .common.table import Table
@@ -57,13 +48,11 @@ if TYPE_CHECKING:
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
-_SAMPLES = (
-    ResultColumn("displacement", "m", "displacement", shown="mm", factor=1e3),
-    ResultColumn("force", "N", "force", shown="N"),
-    ResultColumn("predicted", "N", "predicted force", shown="N"),
-    ResultColumn("lower", "N", "lower", shown="N"),
-    ResultColumn("upper", "N", "upper", shown="N"),
-)
+# Of files, by the columns of a prediction.
+_HEADINGS = {
+    "record": "record", "displacement": "displacement [mm]", "force": "force [N]", "predicted": "predicted force [N]",
+    "lower": "lower [N]", "upper": "upper [N]",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -72,17 +61,16 @@ class Information(PlottedResult):
 
     Attributes
     ----------
-    source : str                            The model file's path, or the model's name.
-    model : ModelFile                       As it was given.
-    zero : float                            Displacement of the records at which displacements are 0 here [m].
-    parameters : SpringParameters           The model's, counted from that zero.
-    records : tuple of Record               Counted likewise.
-    modelled : tuple of Loop                The model's loops of the amplitudes asked for.
-    loops : tuple of MeasuredLoop           Loops of the records, each with the model's steady one as the predicted one.
+    source : str                   The model file's path, or the model's name.
+    model : ModelFile              As it was given.
+    zero : float                   Displacement of the records at which displacements are 0 here [m].
+    parameters : SpringParameters  The model's, counted from that zero.
+    records : tuple of Record      Counted likewise.
+    modelled : tuple of Loop       The model's loops of the amplitudes asked for.
+    loops : tuple of MeasuredLoop  Of the records, each with the model's steady loop as the predicted one.
     rate_independence : RateIndependence or None   Whether the force depends on the frequency.
-    overlap : Overlap or None               Whether the loading paths of different amplitudes overlap.
-    findings : tuple of Finding             Those of the identification; loops that run backwards, are open or leave
-                                            the identified range; effects of the rig that were removed.
+    overlap : Overlap or None      Whether the loading paths of different amplitudes overlap.
+    findings : tuple of Finding
     """
 
     _size, _grid = (12.0, 4.0), (1, 3)
@@ -126,7 +114,7 @@ class Information(PlottedResult):
 
     @property
     def table(self) -> Table:
-        """One loop in each row, with `LoopFigures`; "from" is the record whose turning points the model has."""
+        """One loop in each row; "from" is the record whose turning points the model has."""
         return loop_table(self.loops, self.modelled, in_files=True)
 
     def content(self) -> dict[str, Any]:
@@ -173,12 +161,12 @@ def info(
     Parameters
     ----------
     model : Spring, ModelFile or path   A model file, or an FMU that holds one; or the FMU of a system.
-    *data : Source, or arrays           Records; or arrays of displacement and force, and time if any.
-    amplitudes : float or array_like    Of loops about the offset [m]; by default those of the records, or quarters of
-                                        the identified range.
-    zero : float, "rig" or "middle"     Displacement of the records from which displacements are counted [m]; by default
-                                        that of an FMU, else the rig's if it lies within the range, else the middle.
-    reading : Reading                   How records are read, and what of them is used; or its fields as keywords.
+    *data : Source, or arrays         Records; or arrays of displacement and force, and time if any.
+    amplitudes : float or array_like  Of loops about the offset [m]; those of the records, or quarters of the range, if
+                                      None.
+    zero : float, "rig" or "middle"   Where displacements are counted from [m]; as in an FMU if None, else from the
+                                      rig's zero if the range holds it, else from the middle.
+    reading : Reading                 How records are read and cut; or its fields as keywords.
 
     Returns
     -------
@@ -212,48 +200,39 @@ def info(
         return system_information(path)
     content, source = model_of(model), source_of(model)
     reaches = () if amplitudes is None else numbers("amplitudes", amplitudes, "m")
-    for reach in reaches:
-        if not (np.isfinite(reach) and reach > 0.0):
-            raise ValueError(f"`amplitudes` must be finite and > 0 [m], got {reach!r}.")
+    if not all(0.0 < reach < np.inf for reach in reaches):
+        raise ValueError(f"`amplitudes` must be finite and > 0 [m], got {amplitudes!r}.")
     origin = origin_of(model, zero, content.parameters)
     p = counted_from(origin, content.parameters)
     low, high, middle = p.displacement_min, p.displacement_max, p.displacement_offset
     records = records_of(data, reading)
-    findings = [*stated_cautions(content, "Of the identification"), *relaxed_branches(p), *of_records(records)]
-    if records:
-        findings += removed_effects(source, content)
-    elif not reaches:
+    findings = [*stated_cautions(content, "Of the identification"), *relaxed_branches(p)]
+    findings += of_records(records, source, content)
+    if not (records or reaches):
         reaches = tuple(0.5 * share * (high - low) for share in _DEFAULT_SHARES)
+    solver, loops = PathSolver(p), list[MeasuredLoop]()
     records = [replace(record, displacement=record.displacement - origin) for record in records]
-    solver = PathSolver(p)
-    measured = [
-        replace(loop, predicted=steady_loop(solver, loop.figures.low, loop.figures.high).figures)
-        for record in records
-        for loop in _loops_of(record)
-    ]
+    for record in records:
+        found = measured_loops([record])
+        if not found:
+            within = "was found" if record.compared is None else "lies within the selected displacements"
+            raise RecordError(
+                f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) {within}; record, "
+                "or select, at least one full cycle."
+            )
+        steady = (steady_loop(solver, loop.figures.low, loop.figures.high).figures for loop in found)
+        loops += (replace(loop, predicted=figures) for loop, figures in zip(found, steady, strict=True))
     modelled = tuple(steady_loop(solver, middle - reach, middle + reach) for reach in reaches)
     slack = _SLACK * (high - low)
-    for path, figures in [*((source, loop.figures) for loop in modelled), *((m.path, m.figures) for m in measured)]:
+    seen = [(source, loop.figures, 0.0) for loop in modelled]
+    for path, figures, gap in (*seen, *((loop.path, loop.figures, loop.gap) for loop in loops)):
+        turning = ((figures.low, figures.high),)
         if figures.low < low - slack or figures.high > high + slack:
-            ends = {"loop": ((figures.low, figures.high),), "range": ((low, high),)}
-            findings.append(Finding(Outcome.OUTSIDE_RANGE, ends, path))
-    for loop in measured:
-        if loop.gap != 0.0:
-            turning = (loop.figures.low, loop.figures.high)
-            findings.append(Finding(Outcome.OPEN_LOOP, {"loop": (turning,), "gap": abs(loop.gap)}, loop.path))
+            findings.append(Finding(Outcome.OUTSIDE_RANGE, {"loop": turning, "range": ((low, high),)}, path))
+        if gap != 0.0:
+            findings.append(Finding(Outcome.OPEN_LOOP, {"loop": turning, "gap": abs(gap)}, path))
     verdicts = campaign_verdicts(records, modelled)
-    return Information(
-        source, content, origin, p, tuple(records), modelled, tuple(measured), *verdicts, tuple(findings)
-    )  # fmt: skip
-
-
-def _loops_of(record: Record) -> tuple[MeasuredLoop, ...]:
-    """The loops of a record, of which there must be one."""
-    if loops := measured_loops([record]):
-        return loops
-    selected = "lies within the selected displacements; select a range that holds one"
-    where = "was found; record at least one full cycle" if record.compared is None else selected
-    raise RecordError(f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) {where}.")
+    return Information(source, content, origin, p, tuple(records), modelled, tuple(loops), *verdicts, tuple(findings))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -262,13 +241,12 @@ class Prediction(Followed, PlottedResult):
 
     Attributes
     ----------
-    source : str                  The model file's path, or the model's name.
+    source : str               The model file's path, or the model's name.
     model : ModelFile
     records : tuple of Record
-    fits : tuple of RecordFit     Prediction and figures of each record, along its displacement as recorded.
-    findings : tuple of Finding   Loops that run backwards, samples outside the identified range, effects of the rig
-                                  removed from the records of the model.
-    interval : ForceInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
+    fits : tuple of RecordFit  Of each record, along its displacement as recorded.
+    findings : tuple of Finding
+    interval : ForceInterval and JointCovariance, or None   Of the 95 % prediction interval.
     """
 
     source: str
@@ -279,36 +257,31 @@ class Prediction(Followed, PlottedResult):
     interval: tuple[ForceInterval, JointCovariance] | None
 
     @cached_property
-    def half_widths(self) -> tuple[FloatArray, ...] | None:
-        """Half-width of the 95 % prediction interval at each sample of each record [N]; None if the model has none."""
-        if self.interval is None:
-            return None
-        interval, joint = self.interval
+    def half_widths(self) -> tuple[FloatArray, ...]:
+        """Half of the 95 % prediction interval along each record [N], NaN if the model has none."""
 
         def width(record: Record, fit: RecordFit) -> FloatArray:
+            if self.interval is None:
+                return np.full(len(record), np.nan)
             x, start, time = record.displacement, fit.omega_start, record.rising_time
+            interval, joint = self.interval
             error = joint.errors(self.model.parameters, lambda moved: PathSolver(moved).force(x, start, time))
             return interval.reach(fit.predicted, error)
 
         return tuple(map(width, self.records, self.fits))
 
     def columns(self) -> dict[str, FloatArray]:
-        """All samples: number of the record from 1, displacement [m], measured and predicted force, and lower and upper
-        end of the 95 % prediction interval [N], NaN if the model has none.
-        """
-        widths = self.half_widths or [np.full(len(record), np.nan) for record in self.records]
-        parts = [
-            {
-                "record": np.full(len(record), number),
-                "displacement": record.displacement,
-                "force": record.force,
-                "predicted": fit.predicted,
-                "lower": fit.predicted - width,
-                "upper": fit.predicted + width,
-            }
-            for number, (record, fit, width) in enumerate(zip(self.records, self.fits, widths, strict=True), start=1)
-        ]
-        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        """All samples in SI units, with the number of their record from 1 and ends of the 95 % interval."""
+        predicted = np.concatenate([fit.predicted for fit in self.fits])
+        width = np.concatenate(self.half_widths)
+        return {
+            "record": np.repeat(np.arange(1, len(self.records) + 1), [*map(len, self.records)]),
+            "displacement": np.concatenate([record.displacement for record in self.records]),
+            "force": np.concatenate([record.force for record in self.records]),
+            "predicted": predicted,
+            "lower": predicted - width,
+            "upper": predicted + width,
+        }
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
         """How well the model follows each record, and all if there are several."""
@@ -328,20 +301,20 @@ class Prediction(Followed, PlottedResult):
         StrandspringError   If the file cannot be written.
         """
         columns = self.columns()
-        shown = [column for column in _SAMPLES if not np.isnan(columns[column.key]).all()]
-        samples = [columns["record"], *(columns[column.key] * column.factor for column in shown)]
-        rows = zip(*(sample.tolist() for sample in samples), strict=True)
-        write_csv(Path(path), ["record", *(column.label for column in shown)], rows)
+        columns["displacement"] = 1e3 * columns["displacement"]
+        known = {name: values for name, values in columns.items() if not np.isnan(values).all()}
+        rows = zip(*(values.tolist() for values in known.values()), strict=True)
+        write_csv(Path(path), [_HEADINGS[name] for name in known], rows)
 
     def to_frame(self) -> pd.DataFrame:
         """One sample in each row, with the columns of `columns`, and of the record its path."""
         import pandas as pd
 
-        frame = pd.DataFrame(self.columns())
-        return frame.assign(record=frame["record"].map({k: r.path for k, r in enumerate(self.records, start=1)}))
+        paths = np.repeat([record.path for record in self.records], [*map(len, self.records)])
+        return pd.DataFrame({**self.columns(), "record": paths})
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw measured and predicted force over displacement; returns the axes, those of a new figure if None."""
+        """Draw measured and predicted force over displacement; returns the axes, new ones if None."""
         (axis,) = self._axes(ax)
         for number, (record, fit) in enumerate(zip(self.records, self.fits, strict=True)):
             name = f" {PurePath(record.path).name}" if len(self.records) > 1 else ""
@@ -364,15 +337,14 @@ def predict(
 ) -> Prediction:
     """Predict the force of records with a model, and compare it with what was measured.
 
-    The path is the displacement as recorded, as if it drove an FMU of the model. The hysteretic state at the start of a
-    measured record is unknown; it is estimated as one bounded number, `omega_start`. `Spring.response` gives the force
-    along a path without a measured one.
+    The path is the displacement as recorded. The hysteretic state at its start is unknown and estimated as one bounded
+    number, `omega_start`. Without measured forces there is `Spring.response`.
 
     Parameters
     ----------
     model : Spring, ModelFile or path   A model file, or an FMU that holds one.
-    data, force, time, displacement     Records, given as to `identify`.
-    reading : Reading                   How they are read, and what of them is used; or its fields as keywords.
+    data, force, time, displacement   Records, given as to `identify`.
+    reading : Reading                 How they are read and cut; or its fields as keywords.
 
     Returns
     -------
@@ -394,15 +366,12 @@ def predict(
     ['record', 'displacement', 'force', 'predicted', 'lower', 'upper']
     """
     content, source = model_of(model), source_of(model)
-    try:
-        interval = ForceInterval.from_uncertainty(content.uncertainty)
-        joint = JointCovariance.from_uncertainty(content.parameters, content.uncertainty)
-    except ModelError as problem:
-        raise ModelError(f"{source}: {problem}") from None
+    interval = ForceInterval.from_uncertainty(content.uncertainty)
+    joint = JointCovariance.from_uncertainty(content.parameters, content.uncertainty)
     records = tuple(given_records(data, force, time, displacement, reading))
     if not records:
         raise ValueError("`data` must hold at least one record, got none.")
-    findings = [*of_records(records), *removed_effects(source, content)]
+    findings = [*of_records(records, source, content)]
     for record in records:
         findings += outside(record.path, record.displacement, content.parameters)
         findings += unrecorded(source, content, record)

@@ -1,12 +1,12 @@
-"""Records on a page (`show`), and records computed from a model or as in the paper's experiment (`synthesize`)."""
+"""Records on a page (`show`), and records computed from a model or as in the paper (`synthesize`)."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +15,7 @@ from ..errors import OptionError, Reader
 from ..findings import Finding, Outcome, gathered
 from ..ground.arguments import numbers
 from ..ground.options import changed, refuse_given, takes
-from ..kernel.arrays import FloatArray, IndexArray
+from ..kernel.arrays import IndexArray
 from ..kernel.path import PathSolver
 from ..loops.cycles import measured_loops
 from ..loops.reading import Reading
@@ -41,13 +41,13 @@ def show(
     *,
     reading: Reading,
 ) -> Path:
-    """Draw loops, strokes and cycles of records on a page, which prints the options that choose a part of them.
+    """Draw loops, strokes and cycles of records on a page, which prints options that choose a part.
 
     Parameters
     ----------
     records : path, Record, DataFrame, or a sequence of these
-    path : path-like     The page to write, ending in .html; it opens offline.
-    reading : Reading    How files and tables are read, and what of them is used; or its fields as keywords.
+    path : path-like     The page to write, ending in .html.
+    reading : Reading    How records are read and cut; or its fields as keywords.
 
     Returns
     -------
@@ -76,69 +76,63 @@ def show(
 
 
 class Overview(Result):
-    """What was detected in records, with warnings for a reader: strokes, cycles, loops, samples that are left out."""
+    """What was detected in records: strokes, cycles and loops."""
 
-    _stated: ClassVar = {}  # beside each record
-
-    def __init__(self, records: Sequence[Record], reader: Reader = Reader.PYTHON) -> None:
+    def __init__(self, records: Sequence[Record]) -> None:
         from ..report.record_page import overview
 
-        self.records = tuple(records)
-        self._seen = [(record, overview(record, reader)) for record in records]
-        self.warnings = tuple(warning for _, seen in self._seen for warning in seen.warnings)
+        self.seen = [overview(record) for record in records]
+        self.findings = tuple(finding for one in self.seen for finding in (*one.refusals, *one.findings))
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - the table knows
         """A line of each record, and its loops."""
-        for record, seen in self._seen:
-            left_out = "".join(f", {samples.size} {reason}" for reason, samples in seen.left_out.items())
+        for one in self.seen:
+            left_out = "".join(f", {samples.size} {reason}" for reason, samples in one.left_out.items())
             yield (
-                f"{record.path}: {len(record)} samples, {counted(seen.strokes, 'stroke')}, "
-                f"{counted(len(seen.cycles), 'whole cycle')}{left_out}"
+                f"{one.record.path}: {len(one.record)} samples, {counted(one.strokes, 'stroke')}, "
+                f"{counted(len(one.cycles), 'whole cycle')}{left_out}"
             )
-        yield loop_table([loop for record in self.records for loop in measured_loops([record])])
+        yield loop_table([loop for one in self.seen for loop in measured_loops([one.record])])
 
     def content(self) -> dict[str, Any]:
-        """Of each record what was detected, with its cycles as `cycles` of `Reading` counts them."""
+        """Of each record what was detected, with its cycles as `Reading` counts them."""
         return {
             "records": [
                 {
-                    "path": record.path,
-                    "samples": len(record),
-                    "strokes": seen.strokes,
+                    "path": one.record.path,
+                    "samples": len(one.record),
+                    "strokes": one.strokes,
                     "cycles": [
-                        {
-                            "number": k,
-                            **picked(cycle, "first_sample", "last_sample", "frequency"),
-                            **picked(cycle.figures, "amplitude"),
-                        }
-                        for k, cycle in enumerate(seen.cycles, 1)
+                        {"number": k, **picked(cycle, "first_sample", "last_sample", "frequency"),
+                         "amplitude": cycle.figures.amplitude}
+                        for k, cycle in enumerate(one.cycles, 1)
                     ],
-                    "loops": loop_table(measured_loops([record]), in_files=True),
-                    "left_out": {reason: samples.size for reason, samples in seen.left_out.items()},
-                    "notes": tuple(gathered(record.findings, Reader.FILE)),
+                    "loops": loop_table(measured_loops([one.record]), in_files=True),
+                    "left_out": {reason: samples.size for reason, samples in one.left_out.items()},
+                    "notes": tuple(gathered(one.record.findings, Reader.FILE)),
                 }
-                for record, seen in self._seen
+                for one in self.seen
             ]
-        }
+        }  # fmt: skip
 
 
 @takes(sampling=Sampling)
 def synthesize(model: ModelSource, amplitudes: ArrayLike | None = None, *, sampling: Sampling) -> Record:
     """The record of a model's spring under sinusoidal displacement, or the paper's simulated experiment.
 
-    That is Ni's model in its steady state under x = X sin(t), paper eqs. (26)-(31). Its record holds whole periods
-    without their closing sample; the periods before the steady state are omitted.
+    That is Ni's model in its steady state under x = X sin(t), paper eqs. (26)-(31), in whole periods without their
+    closing sample.
 
     Parameters
     ----------
     model : Spring, ModelFile or path, or "ni"   A model file, or an FMU that holds one; or the paper's experiment.
-    amplitudes : float or array_like    Of the sines, one after the other [m]; that of the identified range if None. Of
-                                        Ni's experiment X, at most 0.1 m; 5 mm if None.
-    sampling : Sampling                 How the record is sampled and measured; or its fields as keywords.
+    amplitudes : float or array_like  Of the sines, one after the other [m]; that of the identified range if None. Of
+                                      Ni's experiment X, at most 0.1 m; 5 mm if None.
+    sampling : Sampling               How the record is sampled and measured; or its fields as keywords.
 
     Returns
     -------
-    Record   Its findings say the noise with its seed, and what lies outside the identified range.
+    Record   Its findings say noise and seed, and what lies outside the identified range.
 
     Raises
     ------
@@ -166,27 +160,34 @@ def synthesize(model: ModelSource, amplitudes: ArrayLike | None = None, *, sampl
         (amplitude,) = given or (5e-3,)
         if amplitude > _MOST_OF_NI:
             raise OptionError(f"`amplitudes` must be one of at most {_MOST_OF_NI} [m], got {amplitude!r}.")
-        sampling = replace(sampling, noise=0.03 if sampling.noise is None else sampling.noise)
-        cycles = sampling.cycles or 1
-        sample = _samples(cycles, sampling)
+        noise = 0.03 if sampling.noise is None else sampling.noise
+        name, cycles = "Ni's model", sampling.cycles or 1
+        time = 2.0 * np.pi * _samples(cycles, sampling) / sampling.samples
         ni = PAPER_NI if sampling.exponent is None else replace(PAPER_NI, n=sampling.exponent)
-        period = sine_period(1e3 * amplitude, sampling.samples)
-        force = np.tile(ni.steady_force(period), cycles)
-        return _measured(
-            "<Ni's model>", np.tile(period, cycles), force, 2.0 * np.pi * sample / sampling.samples, sampling
-        )
-    sentence = "{option} is of Ni's experiment, and {where} is given; leave it out."
-    refuse_given(sentence, "a model", exponent=sampling.exponent)
-    content = model_of(model)
-    p, cycles = content.parameters, sampling.cycles or 3
-    reaches = (0.5 * (p.displacement_max - p.displacement_min),) if given is None else given
-    sample = _samples(len(reaches) * cycles, sampling)[: cycles * sampling.samples]
-    centre = p.displacement_offset if sampling.mean is None else sampling.mean
-    sine = np.sin(2.0 * np.pi * (sample / sampling.samples))
-    path = np.concatenate([*(centre + reach * sine for reach in reaches), [centre]])
-    time = np.asarray(np.arange(path.size) / (sampling.samples * sampling.frequency), dtype=np.float64)
-    force = PathSolver(p).force(path, 0.0, time)
-    return _measured(f"<{content.name}>", 1e3 * path, force, time, sampling, outside("", path, p))
+        period, findings = sine_period(1e3 * amplitude, sampling.samples), []
+        path, force = np.tile(period, cycles), np.tile(ni.steady_force(period), cycles)
+    else:
+        sentence = "{option} is of Ni's experiment, and {where} is given; leave it out."
+        refuse_given(sentence, "a model", exponent=sampling.exponent)
+        content = model_of(model)
+        p, name = content.parameters, content.name
+        noise, cycles = sampling.noise or 0.0, sampling.cycles or 3
+        reaches = (0.5 * (p.displacement_max - p.displacement_min),) if given is None else given
+        sample = _samples(len(reaches) * cycles, sampling)[: cycles * sampling.samples]
+        centre = p.displacement_offset if sampling.mean is None else sampling.mean
+        sine = np.sin(2.0 * np.pi * (sample / sampling.samples))
+        moved = np.concatenate([*(centre + reach * sine for reach in reaches), [centre]])
+        time = np.arange(moved.size) / (sampling.samples * sampling.frequency)
+        path, force = 1e3 * moved, PathSolver(p).force(moved, 0.0, time)
+        findings = [*outside("", moved, p)]
+    if noise:
+        force = with_noise(force, noise, sampling.seed)
+        findings.insert(0, Finding(Outcome.NOISE, {"noise": noise, "seed": sampling.seed}))
+    force = force * (1.0 + sampling.drift * np.arange(path.size) / path.size)
+    steps = (sampling.displacement_resolution / 1e-3, sampling.force_resolution)
+    pairs = zip((path, force), steps, strict=True)
+    path, force = (np.round(values / step) * step if step > 0.0 else values for values, step in pairs)
+    return Record(1e-3 * path, force, time, path=f"<{name}>", findings=tuple(findings))
 
 
 def _samples(cycles: int, sampling: Sampling) -> IndexArray:
@@ -197,22 +198,3 @@ def _samples(cycles: int, sampling: Sampling) -> IndexArray:
             f"The record would have {count} samples, more than {_MOST_SAMPLES}; use fewer cycles or samples."
         )
     return np.arange(count)
-
-
-def _measured(
-    name: str,
-    path: FloatArray,
-    force: FloatArray,
-    time: FloatArray,
-    sampling: Sampling,
-    findings: Iterable[Finding] = (),
-) -> Record:
-    """A record of a path [mm] and a force as a rig with its noise, drift and resolution has it."""
-    found: list[Finding] = []
-    if noise := sampling.noise:
-        force = with_noise(force, noise, sampling.seed)
-        found = [Finding(Outcome.NOISE, {"noise": noise, "seed": sampling.seed})]
-    force = force * (1.0 + sampling.drift * np.arange(path.size) / path.size)
-    steps = (sampling.displacement_resolution / 1e-3, sampling.force_resolution)
-    path, force = (np.round(v / step) * step if step > 0.0 else v for v, step in zip((path, force), steps, strict=True))
-    return Record(1e-3 * path, force, time, path=name, findings=(*found, *findings))

@@ -13,7 +13,6 @@ import strandspring
 
 from ..api.options import Fitting
 from ..campaigns.jobs.options import Workers
-from ..errors import Reader
 from ..ground.files import user_cache
 from ..ground.options import Option
 from ..loops.reading import Reading
@@ -50,10 +49,7 @@ def show(records: tuple[str, ...], output: str | None, reading: Reading) -> None
     page = user_cache() / "record.html" if output is None else Path(output)
     with out.working("Drawing the page"):
         strandspring.show(group, page)
-    seen = Overview(group, Reader.COMMAND_LINE)
-    for warning in seen.warnings:
-        out.note(f"Caution: {warning}")
-    out.present(seen, page=("Page", page))
+    out.present(Overview(group), page=("Page", page))
     if output is None:
         webbrowser.open(page.resolve().as_uri())
 

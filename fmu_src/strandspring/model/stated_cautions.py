@@ -25,13 +25,13 @@ def stated_cautions(model: ModelFile, where: str = "") -> list[Finding]:
 
 
 def _finding(entry: dict[str, Any], where: str) -> Finding:
-    """A finding of a file; its sentence as it stands where this version does not know the kind."""
-    numbers, name, sentence = entry.get("numbers"), str(entry.get("name"))[:200], printable(entry["sentence"])
+    """A finding of a file; its name and sentence as they stand where this version does not know the kind."""
+    numbers, name = entry.get("numbers"), printable(str(entry.get("name", "a finding"))[:200])
     known = {name: _read(value) for name, value in numbers.items()} if isinstance(numbers, dict) else {}
     place = ", ".join(filter(None, (where, printable(entry.get("where", "")))))
     if (kind := Outcome.__members__.get(name.upper())) and (finding := Finding(kind, known, place)).is_complete:
         return finding
-    return Finding(Outcome.OF_FILE, {"name": name, "sentence": sentence.rstrip(".")}, where)
+    return Finding(Outcome.OF_FILE, {"name": name, "sentence": printable(entry["sentence"])}, where)
 
 
 def _read(value: Any) -> Any:

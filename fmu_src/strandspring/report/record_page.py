@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 
 import numpy as np
 
 from ..errors import Reader
-from ..findings import IdentificationError, gathered
+from ..findings import Finding, IdentificationError, Outcome, gathered
 from ..ground.result_columns import ResultColumn, texts
 from ..identification.refusals import Strokes, cut_all, impossible
 from ..identification.samples import Samples
@@ -23,10 +23,10 @@ from .page import Block, Gallery, Level, Notice, Page, Section, Table, write_pag
 
 _MARKS = 400  # of a kind
 _REASONS = {
-    "spikes": ("outliers: correct or delete them", "blue"),
-    "clipped": ("clipped forces, left out", "green"),
-    "dwells": ("dwells, left out", "purple"),
-    "not selected": ("outside the range that was chosen, left out", "faint"),
+    "spikes": ("outliers: correct or delete them", "blue", Outcome.SPIKES),
+    "clipped": ("clipped forces, left out", "green", Outcome.CLIPPED),
+    "dwells": ("dwells, left out", "purple", Outcome.RESTS_LEFT_OUT),
+    "not selected": ("outside the range that was chosen, left out", "faint", None),
 }
 _SAMPLE = ResultColumn("sample", "1", "sample number")
 _CYCLES = (
@@ -50,7 +50,7 @@ class RecordOverview:
     # should be corrected.
     left_out: Mapping[str, IndexArray]
     first: int  # of the samples that would be fitted
-    refusal: str  # why no spring would be identified; empty if one would
+    refusals: tuple[Finding, ...]  # why no spring would be identified; none if one would
 
     @property
     def name(self) -> str:
@@ -58,14 +58,13 @@ class RecordOverview:
         return PurePath(self.record.path).name
 
     @property
-    def warnings(self) -> Iterator[str]:
-        """One sentence each: no spring, no whole cycle, samples left out."""
-        if self.refusal:
-            yield self.refusal
+    def findings(self) -> Iterator[Finding]:
+        """No whole cycle, and samples left out."""
         if not self.cycles:
-            yield f"{self.name} holds no whole cycle; {self.strokes} strokes were found."
+            yield Finding(Outcome.NO_WHOLE_CYCLE, {"strokes": self.strokes}, self.name)
         for reason, samples in self.left_out.items():
-            yield f"{self.name}: {samples.size} samples: {_REASONS[reason][0]}."
+            if kind := _REASONS[reason][2]:
+                yield Finding(kind, {"count": samples.size, "samples": len(self.record)}, self.name)
 
     def curves(self, place: int, x: FloatArray, y: FloatArray) -> Iterator[Curve]:
         """Before the first reversal, from there on, and what is left out."""
@@ -75,10 +74,10 @@ class RecordOverview:
         yield Curve(x[self.first :], y[self.first :], "measured", "measured", record=place)
         for reason, samples in self.left_out.items():
             at = samples[:: max(1, samples.size // _MARKS)]
-            yield Curve(x[at], y[at], *_REASONS[reason], ".", place)
+            yield Curve(x[at], y[at], *_REASONS[reason][:2], ".", place)
 
 
-def overview(record: Record, reader: Reader = Reader.FILE) -> RecordOverview:
+def overview(record: Record) -> RecordOverview:
     """What there is in a record, for people to choose from."""
     part = Strokes(record)
     left_out: dict[str, IndexArray] = {
@@ -88,16 +87,16 @@ def overview(record: Record, reader: Reader = Reader.FILE) -> RecordOverview:
         "not selected": np.flatnonzero([] if record.compared is None else ~record.compared),
     }
     seen = {reason: samples for reason, samples in left_out.items() if samples.size}
-    first, refusal = 0, ""
+    first, refusals = 0, tuple[Finding, ...]()
     try:
         (part,) = cut_all([record])
         if (reason := impossible(part)) is not None:
             raise reason
         first = int(Samples.of([record], len(record)).rows[0])
     except IdentificationError as refused:
-        reasons = " ".join(gathered((finding.in_folder for finding in refused.findings), reader))
-        refusal = f"No spring would be identified: {reasons}"
-    return RecordOverview(record, find_strokes(record.displacement).count, find_cycles(record), seen, first, refusal)
+        place = f"No spring would be identified: {PurePath(record.path).name}"
+        refusals = tuple(replace(finding, where=place) for finding in refused.findings)
+    return RecordOverview(record, find_strokes(record.displacement).count, find_cycles(record), seen, first, refusals)
 
 
 def write_record_page(path: Path, records: Sequence[Record]) -> None:
@@ -110,7 +109,7 @@ def write_record_page(path: Path, records: Sequence[Record]) -> None:
     shown = [overview(record) for record in records]
     is_timed = all(record.rising_time is not None for record in records)
     counts = [len(one.cycles) for one in shown]
-    refusals = [Notice(Level.POOR, one.refusal) for one in shown if one.refusal]
+    refusals = [Notice(Level.POOR, text) for one in shown for text in gathered(one.refusals, Reader.FILE)]
     sections = (
         Section("loops", "Loops and strokes", [*refusals, Gallery([*_charts(shown, TIME if is_timed else _SAMPLE)])]),
         Section("cycles", "Cycles", [*_cycles(shown)]),
@@ -169,6 +168,4 @@ def _cycles(shown: Sequence[RecordOverview]) -> Iterator[Block]:
 def _detected(shown: Sequence[RecordOverview]) -> Iterator[Block]:
     for one in shown:
         yield f"{one.name}: {' '.join(one.record.notes) or 'Nothing was assumed.'}"
-        for warning in one.warnings:
-            if warning != one.refusal:
-                yield Notice(Level.CARE, warning)
+        yield from (Notice(Level.CARE, text) for text in gathered(one.findings, Reader.FILE))

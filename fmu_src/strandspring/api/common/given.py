@@ -1,9 +1,9 @@
-"""Records from what Python users have (arrays, tables, files, records), and what they show beside a model."""
+"""Records from what Python users have: arrays, tables, files; and what they show beside a model."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -40,8 +40,8 @@ _MOMENTS = {"m": "timedelta64[ns]", "M": "datetime64[ns]"}  # by the kind of a d
 
 Source: TypeAlias = "Record | str | os.PathLike[str] | pd.DataFrame"
 _SI: Mapping[Quantity, str] = {"displacement": "m", "force": "N", "time": "s"}
-_MOST_METRES = 0.5  # of a displacement whose unit is assumed: beyond, it is in mm more often than in m
-_ROUNDING = 1e-9  # share of the identified range by which rounding may take a sample beyond its ends
+_MOST_METRES = 0.5  # of a displacement without a unit; larger ones are mostly in mm
+_ROUNDING = 1e-9  # share of the range by which rounding may take a sample beyond it
 _ALIKE = 0.15  # logarithm of the ratio of two amplitudes up to which they are alike
 _FEW = 0.05  # share of cycles that hardly counts
 
@@ -49,16 +49,15 @@ _FEW = 0.05  # share of cycles that hardly counts
 def given_records(
     data: Any, force: Any = None, time: Any = None, displacement: Any = None, reading: Reading | None = None
 ) -> list[Record]:
-    """Records of what `identify` and others are given: arrays, or sources with the columns to read.
+    """Records of what functions are given: arrays, or sources with the columns to read.
 
     Parameters
     ----------
     data : Source, sequence of Source, or array_like   The displacement if it is an array.
-    force, time : array_like or column                 As `data` is.
-    displacement : array_like or column                Stands for `data` if that is None.
-    reading : Reading or None                          How the others are read, and what is used of each. Arrays are in
-                                                       its units, else in those in the names of Series, such as
-                                                       "x [mm]", else in m, N and s for displacements within +-0.5 m.
+    force, time : array_like or column   As `data` is.
+    displacement : array_like or column  Stands for `data` if that is None.
+    reading : Reading or None            How the others are read, and what is used of each. Arrays are in its units,
+                                         else in those in the names of Series, such as "x [mm]", else in m, N and s.
 
     Raises
     ------
@@ -75,13 +74,16 @@ def given_records(
         raise TypeError(_ARRAYS)
     if others := reading.reading.keys() - {"reverse", *(f"{name}_unit" for name in _SI)}:
         raise TypeError(f"`{min(others)}` says how a file or a table is read, and arrays are given.")
-    series: dict[Quantity, Any] = {"displacement": data, "force": force}
-    if time is not None:
-        series["time"] = time
-    _refuse_other_index(series)
-    record = Record(data, force, time)  # which makes arrays of them
-    values: dict[str, Any] = {}
-    findings = []
+    series = {name: given for name, given in zip(_SI, (data, force, time), strict=True) if given is not None}
+    indexed = [name for name, given in series.items() if hasattr(getattr(given, "index", None), "equals")]
+    for first, name in pairwise(indexed):
+        # pandas would pair them by their indexes, a record pairs them by their order.
+        if not series[first].index.equals(series[name].index):
+            raise RecordError(
+                f"<arrays>: the Series of {first} and {name} must have the same index; take both from one DataFrame, "
+                "or pair them by `.to_numpy()`."
+            )
+    record, values, findings = Record(data, force, time), dict[str, Any](), []  # which makes arrays of them
     for number, (name, given) in enumerate(series.items(), start=1):
         label = getattr(given, "name", None)
         column = Column.from_header(number, label if isinstance(label, str) else "", None)
@@ -92,35 +94,21 @@ def given_records(
 
 
 def _within_metres(record: Record) -> Record:
-    """The record, unless its displacement is so large that the assumed unit is hardly right."""
+    """The record, unless its displacement is too large for the assumed unit."""
     largest = float(np.abs(record.displacement).max())
     assumed = [finding.numbers["quantity"] for finding in record.findings if finding.kind is Outcome.UNIT_ASSUMED]
     if largest > _MOST_METRES and "displacement" in assumed:
         raise RecordError(
             f"{record.path}: a displacement without a unit is in m and must be within +-{_MOST_METRES:g} m, found "
-            f'{largest:.6g}; give its unit, such as units={{"displacement": "mm"}}, or "m" if it is that large.'
+            f'{largest:.6g}; give its unit, such as units={{"displacement": "mm"}}.'
         )
     return record
 
 
-def _refuse_other_index(arrays: Mapping[Any, Any]) -> None:
-    """Refuse pandas Series with other indexes: pandas would pair them by these, a record pairs them by their order."""
-    series = [(name, values) for name, values in arrays.items() if hasattr(getattr(values, "index", None), "equals")]
-    for (first, first_series), (name, other) in pairwise(series):
-        if not first_series.index.equals(other.index):
-            raise RecordError(
-                f"<arrays>: the Series of {first} and {name} must have the same index; take them from one DataFrame, "
-                "or give `.to_numpy()` of both to pair them by their order."
-            )
-
-
 def records_of(data: Sequence[Any], reading: Reading) -> list[Record]:
-    """Records of the arguments of a function that takes any number of sources, one sequence of them, or arrays."""
+    """Records of sources, of one sequence of them, or of arrays."""
     if data and _is_array(data[0]):
-        if len(data) > 3:
-            raise TypeError(_ARRAYS)
-        moved, forces, times = (*data, None, None)[:3]
-        return given_records(moved, forces, times, reading=reading)
+        return given_records(*data, reading=reading)  # type: ignore[misc]  # of too many arrays a TypeError
     return as_records(data[0] if len(data) == 1 else list(data), reading)
 
 
@@ -132,20 +120,17 @@ def as_records(sources: Any, reading: Reading | None = None) -> list[Record]:
     RecordError   If one of them is not a record.
     TypeError     If one is something else.
     """
-    is_one = isinstance(sources, Record | str | os.PathLike) or hasattr(sources, "columns")
-    if not (is_one or isinstance(sources, Sequence)):
-        raise TypeError(
-            f"Records must be a path, a Record, a DataFrame or a list of these, got {type(sources).__name__}; give "
-            "arrays as displacement and force."
-        )
     reading, records = reading or Reading(), list[Record]()
-    for source in [sources] if is_one else sources:
+    for source in sources if isinstance(sources, Sequence) and not isinstance(sources, str) else [sources]:
         if isinstance(source, str | os.PathLike):
             records += [of_file.read(path) for path, of_file in entries([source], reading)]
         elif hasattr(source, "columns"):
             records.append(reading.part_of(_record_of_frame(source, reading)))
         elif not isinstance(source, Record):
-            raise TypeError(f"A record must be a path, a Record or a DataFrame, got {type(source).__name__}.")
+            raise TypeError(
+                f"Records must be a path, a Record, a DataFrame or a list of these, got {type(source).__name__}; give "
+                "arrays as displacement and force."
+            )
         elif given := next(iter(reading.reading), None):
             raise TypeError(f"`{given}` says how a file or a table is read, and {source.path} is a record already.")
         else:
@@ -156,14 +141,14 @@ def as_records(sources: Any, reading: Reading | None = None) -> list[Record]:
 def _record_of_frame(frame: pd.DataFrame, reading: Reading) -> Record:
     """A record of a table in memory; m, N and s where no unit is given or in a name."""
     channels, others = list[Channel](), list[str]()
-    for name, (_, column) in zip(map(str, frame.columns), frame.items(), strict=True):
+    for name, column in frame.items():
         if column.dtype.kind not in "fiumM":
-            others.append(f"{name!r} ({column.dtype})")
+            others.append(f"{str(name)!r} ({column.dtype})")
             continue
         moment = _MOMENTS.get(column.dtype.kind)
         with np.errstate(over="ignore"):  # infinity is refused where it is read
             values = seconds(column.to_numpy(dtype=moment)) if moment else np.asarray(column, dtype=np.float64)
-        channels.append(Channel("", name, "s" if moment else None, values.size, partial(_untimed, values)))
+        channels.append(Channel("", str(name), "s" if moment else None, values.size, partial(_untimed, values)))
     if len(channels) < 2 and others:
         raise RecordError(
             f"<DataFrame>: must hold at least two columns of numbers, but {', '.join(others)} hold none; convert them "
@@ -180,7 +165,7 @@ def _untimed(values: FloatArray) -> tuple[FloatArray, None]:
 
 
 def _is_array(values: Any) -> bool:
-    """Whether values are numbers in one array, rather than a record or several."""
+    """Whether values are numbers, rather than a record or several."""
     if isinstance(values, Sequence) and not isinstance(values, str):
         return len(values) > 0 and all(isinstance(value, int | float | np.number) for value in values)
     return hasattr(values, "__array__") and not hasattr(values, "columns")
@@ -191,7 +176,7 @@ def bundled_record(models: Path | None = None) -> Path:
 
     Parameters
     ----------
-    models : Path or None   A folder that may hold it; else it is the installed package's or the source checkout's.
+    models : Path or None   A folder that may hold it, besides the package and the source checkout.
 
     Raises
     ------
@@ -203,8 +188,10 @@ def bundled_record(models: Path | None = None) -> Path:
     raise RecordError(f"{_BUNDLED}: the bundled record is missing; install strandspring again.")
 
 
-def of_records(records: Iterable[Record]) -> Iterator[Finding]:
-    """Records whose loops run backwards, as if the sign of a column were wrong, and clipped forces."""
+def of_records(records: Sequence[Record], source: str = "", model: ModelFile | None = None) -> Iterator[Finding]:
+    """Loops that run backwards, clipped forces, and effects of the rig that were removed from a model's records."""
+    if records and model is not None and (effects := effects_of(model)):
+        yield Finding(Outcome.RIG_REMOVED, {"effects": effects}, source)
     for record in records:
         if (kind := backwards(Strokes(record))) is not None:
             yield Finding(kind, {}, record.path)
@@ -213,7 +200,7 @@ def of_records(records: Iterable[Record]) -> Iterator[Finding]:
 
 
 def unrecorded(source: str, model: ModelFile, record: Record) -> Iterator[Finding]:
-    """Loops of a record, or all of it without a full cycle, of no amplitude that the model was identified from."""
+    """Loops of a record, or all of it, of no amplitude that the model was identified from."""
     known = np.array(sorted(stated_amplitudes(model)))
     loops = [(loop.figures.amplitude, loop.cycles) for loop in measured_loops([record])]
     amplitudes, cycles = np.array(loops or [(0.5 * float(np.ptp(record.displacement)), 1)]).T
@@ -238,9 +225,3 @@ def outside(source: str, displacement: FloatArray, p: SpringParameters) -> Itera
 def effects_of(model: ModelFile) -> str:
     """The effects of the rig that were removed from a model's records, in words; empty if none was."""
     return printable(", ".join(stated_effects(model)).replace("_", " "))
-
-
-def removed_effects(source: str, model: ModelFile) -> Iterator[Finding]:
-    """Effects of the rig that records beside a model may hold, which were removed from its own."""
-    if effects := effects_of(model):
-        yield Finding(Outcome.RIG_REMOVED, {"effects": effects}, source)

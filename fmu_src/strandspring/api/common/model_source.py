@@ -1,4 +1,4 @@
-"""What functions take as a model, what it says, and how those that take long report their progress."""
+"""What functions take as a model, what it says, and how they report progress."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from ...model.modelfile import ModelFile, is_fmu, load_model
 if TYPE_CHECKING:
     from ...fmu.related_files import BuildSettings
 
-
 # Why options do not apply to what is given.
 OF_MODELS = "{option} does not apply to {where}, which describes masses, mounts and springs itself"
 OF_SYSTEMS = "{option} applies to a SYSTEM.toml only, got {where}; leave it out."
@@ -27,7 +26,7 @@ class HoldsModel(Protocol):
 
 
 ModelSource: TypeAlias = HoldsModel | ModelFile | str | os.PathLike[str]
-# Is called with what is being done, the number of parts done, and how many there are.
+# Is called with what is being done, the parts done, and how many there are.
 Progress: TypeAlias = Callable[[str, float, int], None]
 
 
@@ -43,11 +42,9 @@ def model_of(source: ModelSource) -> ModelFile:
     ModelError   If the file is not a physically possible spring.
     TypeError    If it is something else.
     """
-    if isinstance(source, ModelFile):
-        return source
     if isinstance(source, str | os.PathLike):
         return load_model(Path(source))
-    model = getattr(source, "model", None)
+    model = source if isinstance(source, ModelFile) else getattr(source, "model", None)
     if not isinstance(model, ModelFile):
         raise TypeError(f"A model must be a Spring or the path of a model file or FMU, got {type(source).__name__}.")
     return model
