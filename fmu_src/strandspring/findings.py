@@ -392,10 +392,12 @@ class Outcome(Enum):
     # Use of a model, and of records without and beside it
     NO_WHOLE_CYCLE = _caution(
         "The record holds no whole cycle",
-        details="strokes: {strokes}",
+        "record at least one, there and back",
+        "strokes: {strokes}",
     )
     PARAMETERS_CHANGED = _caution(
-        "Parameters lie outside their 95 % intervals, so they were changed after the identification",
+        "Parameters lie outside their 95 % intervals in the same file, so they were changed after the identification, "
+        "whose figures are not theirs",
         details="{parameters}",
     )
     OF_FILE = _caution("The identification stated {name}", details="{sentence}")
@@ -440,23 +442,26 @@ class Outcome(Enum):
 
     # Comparison
     SAME_RECORD = _caution(
-        "Both models come from one record, so that their errors are not independent",
+        "Both models were identified from the same record, so that their errors are not independent, as the verdict "
+        "assumes",
     )
     RIGS_DIFFER = _caution(
-        "Other effects of the rig were removed from A's records than from B's",
+        "Other effects of the rig were removed from A's records than from B's, and a difference may be the rigs'",
         details="{of_a}; {of_b}",
     )
     ZERO_MOVED = _caution(
         "The ranges of A and B have different middles",
         "align them with {to[align=middle]} if the zero was moved between the tests",
-        "{distance:.4g mm} apart; loops differ by {apart:.2g %}, from their middles by {aligned:.2g %}",
+        "{distance:.4g mm} apart, loops differ by {apart:.2g %} of their height, from their middles by {aligned:.2g %}",
     )
     FORMS_DIFFER = _note(
-        "A has {of_a}, B {of_b}; a difference counts as far as it remains with {common} in both",
+        "A has {of_a}, B {of_b}; coefficients cannot be compared one by one, and a difference counts as far as it "
+        "remains with {common} in both",
         "for more, identify both with {to[degrees]} alike",
     )
     SCATTER = _note(
-        "The uncertainty is that of the records, without what differs from test to test",
+        "The uncertainty is that of noise and misfit in the records, without what differs from test to test (mounting, "
+        "temperature, drift of the sensors)",
         "repeat a test to see that",
     )
 
