@@ -41,7 +41,7 @@ from ..common.model_source import Progress, unseen
 from ..common.result import PlottedResult, picked, records
 from ..common.table import Table
 from ..common.text import counted
-from .system_isolation import RestingSystem, rest_tables
+from .candidates import RestingSystem, rest_tables
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -106,8 +106,8 @@ class Simulation(PlottedResult):
 
     @property
     def table(self) -> Table:
-        """One row for each figure of each case, in SI units; a refused case has one row without a figure, and a limit
-        that no case tests one for each candidate without a case.
+        """One row for each figure of each case, in SI units; a refused case, and a limit that no case tests, have one
+        without a figure.
         """
         rows: list[dict[str, Any]] = []
         for answer in self.answers:
@@ -120,7 +120,7 @@ class Simulation(PlottedResult):
         return Table(_FIGURES, rows)
 
     def verdicts(self) -> pd.DataFrame:
-        """Candidates down, cases across, and the verdict of each; "all cases" is that on all of them together."""
+        """Candidates down, cases across, and the verdict of each; "all cases" is that on all together."""
         import pandas as pd
 
         verdicts = {(answer.candidate, answer.case.name): answer.verdict.value for answer in self.answers}
@@ -145,11 +145,11 @@ class Simulation(PlottedResult):
 
         Returns
         -------
-        list of Path         The files, "candidate_case.csv".
+        list of Path   The files, "candidate_case.csv".
 
         Raises
         ------
-        StrandspringError    If there are none, or a file cannot be written.
+        StrandspringError   If there are none, or a file cannot be written.
         """
         from ...fmu.system.system_variables import unique_names  # slow to import
 
@@ -167,7 +167,7 @@ class Simulation(PlottedResult):
         return written
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw acceleration against stroke of all answers, with verdicts, into axes of matplotlib, new ones if None."""
+        """Draw acceleration against stroke of all answers, with verdicts, into axes, new ones if None."""
         from ...report.drawing import draw
         from ...report.system_charts import acceleration_against_stroke
 
@@ -193,9 +193,7 @@ class Simulation(PlottedResult):
         return (*not_tested, *findings_of(self.candidates, self.answers))
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
-        """Verdicts, the range of the worst figures, and refusals; and unless it is brief static poses, modes, the error
-        of each figure and energy balances.
-        """
+        """Verdicts, ranges of the worst figures, refusals; and unless it is brief where they are, poses and modes."""
         counts = Counter(answer.verdict for answer in self.answers)
         verdicts = ", ".join(f"{counts[verdict]} {verdict.value}" for verdict in CaseVerdict if counts[verdict])
         cases = {answer.case.name for answer in self.answers}
@@ -250,15 +248,11 @@ def simulate(
     ----------
     system : path or SystemFile
     cases, candidates : str, sequence of str or None
-        Names of those to simulate; all if None. That of a case with several directions stands for all of them.
-    run : Run
-        Draws, their seed, and the time step; or its fields as keywords.
-    workers : int or None
-        Threads; as many as cores if None.
-    courses : bool
-        Whether histories and spectra are kept, of the first cases as far as memory allows (400 MB).
-    progress : callable
-        Is called with what is being done, the number of runs done, and how many there are.
+                           Names of those to simulate; all if None. That of a case with several directions is of all.
+    run : Run              Draws, their seed, and the time step; or its fields as keywords.
+    workers : int or None  Threads; as many as cores if None.
+    courses : bool         Whether histories and spectra are kept, as far as memory allows (400 MB).
+    progress : callable    Takes what is being done, the number of runs done, and of all.
 
     Returns
     -------
@@ -266,7 +260,7 @@ def simulate(
 
     Raises
     ------
-    MountedSystemError         If the file is wrong, a name is unknown, or no candidate can be simulated in any case.
+    MountedSystemError   If the file is wrong, a name is unknown, or no candidate can be simulated in any case.
     """
     workers, courses = workers_of(workers), flag("courses", courses)
     file = system if isinstance(system, SystemFile) else load_system_file(system)
@@ -373,8 +367,8 @@ def _case(answer: CaseAnswer) -> dict[str, Any]:
 
 
 def _figure(figure: Figure) -> dict[str, Any]:
-    kind = {"quantity": figure.quantity.value, "unit": figure.quantity.unit}
-    return {**kind, **vars(figure), **kind, "margin": figure.margin}
+    kind = figure.quantity
+    return {**vars(figure), "quantity": kind.value, "unit": kind.unit, "margin": figure.margin}
 
 
 def _nominal(answer: CaseAnswer) -> dict[str, Any]:
