@@ -65,11 +65,12 @@ class Built(Result):
 
     Attributes
     ----------
-    lines : sequence of str          Of what, in words.
-    of : mapping                     The same for JSON.
+    lines : sequence of str         Of what, in words.
+    of : mapping                    The same for JSON.
     options : BuildOptions
-    fmus : mapping of CheckReport    What the check of each found, by its kind.
-    identification : Identification or None   Of records, from which the model was identified for them.
+    fmus : mapping of CheckReport   What the check of each found, by its kind.
+    identification : Identification or None
+        That of records, if there are any.
     """
 
     lines: Sequence[str]

@@ -109,7 +109,7 @@ class BuildOptions:
         ]
 
     def kinds(self, has_sources: bool = True) -> tuple[str, ...]:
-        """The kinds of FMU to be built; without sources, of the bundled record, those of both back ends.
+        """The kinds of FMU to be built; of the bundled record those of both back ends.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Candidates of a SYSTEM.toml at rest with their modes, and shaken: what several functions say of them."""
+"""Candidates of a SYSTEM.toml at rest, and shaken."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from ..common.table import Table
 
 CANDIDATE = ResultColumn("candidate", "", "candidate", "candidate")
 _PHASE = ResultColumn("phase", "deg", "phase")
-_ROUNDING = 1e-6  # of a point's largest gain, up to which that of another direction is rounding and has no phase
+_ROUNDING = 1e-6  # of a point's largest gain, up to which another is rounding and has no phase
 _ACCELERATION = ResultColumn("acceleration", "m/s^2", "acceleration")
 _SWAY = ResultColumn("sway", "m", "sway", "sway", "mm", 1e3)
 _REST = (
@@ -106,7 +106,7 @@ class RestingSystem:
 
 
 def rest_tables(candidates: Sequence[RestingSystem], brief: bool) -> Iterator[Table]:
-    """Where the bodies rest, and the modes; of these the frequencies alone if it is to be brief."""
+    """Where the bodies rest, and the modes, if brief the frequencies alone."""
     several, rows = len(candidates) > 1, []
     for candidate in candidates:
         of = {"candidate": candidate.label, "natural": ", ".join(f"{mode.frequency:.3g}" for mode in candidate.modes)}
@@ -143,8 +143,8 @@ def curve_table(candidates: Sequence[RestingSystem]) -> Table:
 def motions_of(
     parts: Sequence[RestingSystem], kind: Excitation, heights: Sequence[float], levels: Levels, curve: Curve
 ) -> list[tuple[str, partial[SystemResponse]]]:
-    """What shakes the system along each direction, by default those that some body is free to follow, at each level,
-    and what computes the response of a candidate.
+    """What shakes the system along each direction, by default where some body is free to follow, at each level, and
+    what computes the response of a candidate.
     """
     given = [levels.directions] if isinstance(levels.directions, str) else levels.directions
     shakings = [_shaking(parts[0].system, kind, way, levels) for way in (DIRECTIONS if given is None else given)]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 from abc import abstractmethod
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -53,7 +53,6 @@ from ..common.table import Table
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ...cosimulation.steady_check import SteadyCheck
@@ -136,8 +135,8 @@ class _Steady(PlottedResult):
 
     @property
     @abstractmethod
-    def _panels(self) -> list[Panel]:
-        """Of the plot, in two rows."""
+    def _panels(self) -> tuple[str, list[Panel]]:
+        """The title of the plot, and panels in two rows."""
 
     @property
     def _parts(self) -> Sequence[Any]:
@@ -178,19 +177,32 @@ class _Steady(PlottedResult):
         """Columns without the first, the label of the part, where there is one part only."""
         return columns[int(len(self._parts) == 1) :]
 
-    def _drawn(self, ax: Axes | Sequence[Axes] | None) -> list[Axes]:
-        """Everything in a new figure of pyplot, or as many panels as there are axes."""
+    def plot(self, ax: Any = None) -> Any:
+        """Draw motion over frequency, dotted where unstable, into axes, and return them.
+
+        Of models they are one, of transmissibility; of a system one of the gain for each excitation, and below them
+        those of the sway. Without axes a new figure of pyplot also has amplitudes of models, ``ax.figure.axes[1]``.
+        """
         if ax is None:
             from matplotlib import pyplot as plt
 
             figure = plt.figure(figsize=self._size, layout="constrained")
             self._draw(figure)
-            return figure.axes
-        axes = self._axes(ax)
-        for one, panel in zip(axes, self._panels, strict=False):
-            panel.draw(one)
-        axes[0].legend(fontsize=8)
-        return axes
+            axes = figure.axes
+        else:
+            axes = self._axes(ax)
+            for one, panel in zip(axes, self._panels[1], strict=False):
+                panel.draw(one)
+            axes[0].legend(fontsize=8)
+        return axes[0] if self._grid == (1, 1) else axes
+
+    def _draw(self, figure: Figure) -> None:
+        from ...vibration.one_mass.curves_plot import draw_panels, mark_superharmonics
+
+        title, panels = self._panels
+        *_, last = draw_panels(figure, panels, title)
+        if masses := [response for _, response in self.every if isinstance(response, FrequencyResponse)]:
+            mark_superharmonics(last, masses)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -266,14 +278,8 @@ class Isolation(_Steady):
         models = [isolated.content(self.checked) for isolated in self.models]
         return models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw transmissibility over frequency, dotted where unstable, into axes, and return them; a new figure of
-        pyplot also has the amplitudes of the mount, in ``ax.figure.axes[1]``.
-        """
-        return self._drawn(ax)[0]
-
     @property
-    def _panels(self) -> list[Panel]:
+    def _panels(self) -> tuple[str, list[Panel]]:
         from ...vibration.one_mass.curves_plot import Curve as Drawn
         from ...vibration.one_mass.curves_plot import Panel
 
@@ -284,18 +290,14 @@ class Isolation(_Steady):
             upper.append(curve)
             lower.append(replace(curve, values=1e3 * response.column("amplitude")))
         kind = "force" if self.excitation is Excitation.FORCE else "absolute"
-        return [Panel(f"{kind} transmissibility [-]", upper, level=1.0), Panel("amplitude of the mount [mm]", lower)]
-
-    def _draw(self, figure: Figure) -> None:
-        from ...vibration.one_mass.curves_plot import draw_panels, mark_superharmonics
-
-        models = "" if len(self.models) > 1 else f"{self.models[0].label}: "
-        title = f"{models}{self.models[0].system.mass:g} kg, {self.excitation.value}"
-        _, below = draw_panels(figure, self._panels, title)
-        mark_superharmonics(below, [response for _, response in self.every])
+        model = "" if len(self.models) > 1 else f"{isolated.label}: "
+        return f"{model}{isolated.system.mass:g} kg, {self.excitation.value}", [
+            Panel(f"{kind} transmissibility [-]", upper, level=1.0),
+            Panel("amplitude of the mount [mm]", lower),
+        ]
 
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
-        """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.
+        """Build the FMUs and co-simulate stable motions of each level, at the ends of the band and at the peak.
 
         Parameters
         ----------
@@ -404,23 +406,12 @@ class SystemIsolation(_Steady):
         _, *parts = self.parts(brief=False)  # the first names the file
         write_system_isolation(os.fspath(path), self.name, self.candidates[0].system, curves, parts, self.findings)
 
-    def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
-        """Draw gain over frequency of each excitation, and below it the sway, dotted where unstable, into axes, first
-        those of the gains, and return them; those of a new figure if None.
-        """
-        return self._drawn(ax)
-
     @property
     def _grid(self) -> tuple[int, int]:  # type: ignore[override]
         return 2, len({response.excitation for _, response in self.every})
 
-    def _draw(self, figure: Figure) -> None:
-        from ...vibration.one_mass.curves_plot import draw_panels
-
-        draw_panels(figure, self._panels, self.name)
-
     @property
-    def _panels(self) -> list[Panel]:
+    def _panels(self) -> tuple[str, list[Panel]]:
         """Gain above sway, a column for each excitation: colours tell points and candidates, and dashes levels."""
         from ...vibration.one_mass.curves_plot import Curve as Drawn
         from ...vibration.one_mass.curves_plot import Panel
@@ -436,7 +427,7 @@ class SystemIsolation(_Steady):
                 sways[response.excitation].append(replace(curve, values=1e3 * response.sway[:, p]))
         label = f"{gain.short or 'motion'} [{gain.shown or '-'}], largest of x, y and z"
         above = [Panel(label, curves, excitation) for excitation, curves in gains.items()]
-        return above + [Panel("sway [mm]", curves) for curves in sways.values()]
+        return self.name, above + [Panel("sway [mm]", curves) for curves in sways.values()]
 
 
 @takes(levels=Levels, mount=Mount, curve=Curve)
@@ -524,7 +515,11 @@ def isolate(
     if levels.chosen is not None:
         kind, heights = levels.chosen
     elif heights is None:
-        heights, chosen = _default_levels(parts)
+        # Those of the part that has the smallest free travel.
+        part = min(parts, key=lambda part: part.free_travel)
+        way, heights = f"{1e3 * part.free_travel:.4g} mm", tuple(share * part.free_travel for share in DEFAULT_SHARES)
+        of = f"smallest free travel, {way} of {part.label}" if len(parts) > 1 else f"free travel of {way}"
+        chosen = f"Levels: 0.5, 1 and 2 % of the {of}."
     if described is not None:
         motions = motions_of(parts, kind, heights, levels, curve)
         return SystemIsolation(file.name, path, _with_responses(parts, motions, curve.points, progress), chosen)
@@ -538,10 +533,11 @@ def isolate(
 
 
 def _loaded(sources: Sequence[ModelSource], mass: float, mount: Mount, zero: str | float | None) -> list[IsolatedModel]:
-    """The mass at rest on each model."""
+    """The mass at rest on each model; models of one name are numbered."""
     contents = [model_of(source) for source in sources]
-    parts = []
-    for source, content, label in zip(sources, contents, _labels(contents), strict=True):
+    names, parts = [content.name for content in contents], []
+    for k, (source, content, name) in enumerate(zip(sources, contents, names, strict=True)):
+        label = name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})"
         origin = origin_of(source, zero, content.parameters)
         system = IsolatedMass(counted_from(origin, content.parameters), mass, mount)
         with _named(label if len(contents) > 1 else ""):
@@ -561,20 +557,10 @@ def _named(where: str) -> Iterator[None]:
         raise type(refusal)("{where}: {refusal}", where=where, refusal=refusal) from None
 
 
-def _default_levels(parts: Sequence[Any]) -> tuple[tuple[float, ...], str]:
-    """Shares of the smallest free travel of parts [m], and in words how they were chosen."""
-    part = min(parts, key=lambda part: part.free_travel)
-    way = f"{1e3 * part.free_travel:.4g} mm"
-    of = f"smallest free travel, {way} of {part.label}" if len(parts) > 1 else f"free travel of {way}"
-    return tuple(share * part.free_travel for share in DEFAULT_SHARES), f"Levels: 0.5, 1 and 2 % of the {of}."
-
-
 def _with_responses(
     parts: Sequence[Any], motions: Sequence[tuple[str, Callable[[Any], Any]]], points: int, progress: Progress
 ) -> tuple[Any, ...]:
-    """The parts with their responses, of so many points each, computed in threads by motions: what shakes a part, if
-    that is to be said, and the function.
-    """
+    """The parts with their responses, of so many points, computed in threads by what shakes them and functions."""
     pairs = [(part, motion) for part in parts for motion in motions]
     responses: list[Any] = []
 
@@ -591,13 +577,6 @@ def _with_responses(
             progress(f"{part.label}, {response.where}", len(responses) * points, len(pairs) * points)
     each = iter(responses)
     return tuple(replace(part, responses=tuple(islice(each, len(motions)))) for part in parts)
-
-
-def _labels(models: Sequence[ModelFile]) -> list[str]:
-    """The models' names, numbered in their order where they are alike."""
-    names = [model.name for model in models]
-    counts = Counter(names)
-    return [name if counts[name] == 1 else f"{name} ({names[: k + 1].count(name)})" for k, name in enumerate(names)]
 
 
 @dataclass(frozen=True, eq=False)

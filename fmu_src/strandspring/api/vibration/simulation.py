@@ -202,7 +202,12 @@ class Simulation(PlottedResult):
         yield f"{self.file.name}: {where}: {verdicts}{'; limits not tested: ' if left else ''}{left}"
         rows = list(self._answer_rows())
         yield Table(_ANSWERS, rows, details=["nearest of"])
-        yield from _refusals(self.candidates, self.answers)
+        refused = {candidate.name: candidate.refusal for candidate in self.candidates}
+        yield from (f"{name}: refused: {refusal}" for name, refusal in refused.items() if refusal)
+        for answer in self.answers:
+            if answer.refusal and answer.refusal != refused.get(answer.candidate):
+                draws = f"{answer.refused} of {answer.draws} draws refused, most often" if answer.draws else "refused"
+                yield f"{answer.where}: {draws}: {answer.refusal}"
         if not brief:
             yield Table(_DETAILS, rows, "Where the figures are largest, others, and their numerical errors and draws:")
             at_rest = [
@@ -311,18 +316,8 @@ def _histories(answer: CaseAnswer) -> Iterator[tuple[str, FloatArray]]:
         yield f"{name} force [N]", histories.force[:, k]
 
 
-def _refusals(candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer]) -> Iterator[str]:
-    """Why candidates, or cases of them, or draws of these were refused, each once."""
-    refused = {candidate.name: candidate.refusal for candidate in candidates}
-    yield from (f"{name}: refused: {refusal}" for name, refusal in refused.items() if refusal)
-    for answer in answers:
-        if answer.refusal and answer.refusal != refused.get(answer.candidate):
-            draws = f"{answer.refused} of {answer.draws} draws refused, most often" if answer.draws else "refused"
-            yield f"{answer.where}: {draws}: {answer.refusal}"
-
-
 def _candidate(candidate: CandidateAnswer, verdict: CaseVerdict) -> dict[str, Any]:
-    """For JSON: the verdict on a candidate in all load cases together, its static poses and modes."""
+    """For JSON: the verdict on a candidate in all cases, its static poses and modes."""
     static, system, rest, modes = candidate.static, candidate.system, None, None
     if static is not None:
         pose, forces = static.poses[0], _ranged(np.array([drawn.force for drawn in static.poses]))
@@ -342,7 +337,7 @@ def _candidate(candidate: CandidateAnswer, verdict: CaseVerdict) -> dict[str, An
 
 
 def _ranged(values: FloatArray) -> list[dict[str, Any]]:
-    """Of each column the nominal value, which comes first, and the least and the largest of all draws."""
+    """Of each column the nominal value, which comes first, the least and the largest."""
     return records("value", values[0], low=values.min(axis=0), high=values.max(axis=0))
 
 
@@ -386,7 +381,7 @@ def _nominal(answer: CaseAnswer) -> dict[str, Any]:
 
 
 def _spectra(answer: CaseAnswer, courses: Courses) -> dict[str, Any]:
-    """Shock response spectra (maximax) and power spectra of the base and the points, along x, y and z."""
+    """Shock response (maximax) and power spectra of base and points, along x, y and z."""
 
     def of(points: Sequence[Sequence[Any]], base: Sequence[Any], key: str) -> dict[str, Any]:
         along = [[getattr(spectrum, key) for spectrum in spectra] for spectra in (base, *points)]
