@@ -1,4 +1,4 @@
-"""`export`: a model for other tools: SSP parameter values, an SSP system, a Modelica library or C sources."""
+"""`export`: a model as SSP parameter values, in an SSP system, in a Modelica library or as C sources."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ class Exports(Result):
     model : ModelFile         In the record's coordinates.
     origin : float            Displacement of the model file at which that of the export is 0 [m].
     output : Path             The folder, or the file.
-    files : mapping of Path   The parameter values "ssv", the system "ssp", the spring's record in the library
-                              "modelica", its file "c"; None if not asked for.
+    files : mapping of Path   The parameter values "ssv", the system "ssp", the record "modelica", the file "c"; None
+                              if not asked for.
     ssp_mass : float or None  Of the system [kg].
     """
 
@@ -56,11 +56,11 @@ class Exports(Result):
         ssp_mass: float | None,
         zero: str | float | None,
     ) -> Exports:
-        """Those that `export` writes by these arguments; raises OptionError if what is written does not go there."""
+        """Those that `export` writes; raises OptionError if what is written does not go there."""
         model, target = model_of(source), Path(output)
-        for what, is_asked in ((f"The Modelica library {LIBRARY} is", modelica), ("The C sources are", c)):
-            if is_asked and target.suffix and not target.is_dir():
-                raise OptionError(f"{what} a folder; {{to[output]}} must be a folder, got {{where}}.", where=target)
+        if (modelica or c) and target.suffix and not target.is_dir():
+            what = f"of the library {LIBRARY}" if modelica else "of the C sources"
+            raise OptionError(f"{{to[output]}} must be the folder {what}, got {{where}}.", where=target)
         if modelica and (target / "package.mo").exists():
             raise OptionError(f"{target} is a Modelica package; give the folder that holds the library {LIBRARY}.")
         files = {

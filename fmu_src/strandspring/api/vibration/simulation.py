@@ -153,16 +153,16 @@ class Simulation(PlottedResult):
         """
         from ...fmu.system.system_variables import unique_names  # slow to import
 
-        kept = [answer for answer in self.answers if answer.courses is not None]
+        kept = [(answer, courses) for answer in self.answers if (courses := answer.courses) is not None]
         if not kept:
             raise MountedSystemError("No histories were kept; simulate with `courses`, and fewer cases or candidates.")
         target = Path(folder)
         refuse_unwritable(target, is_folder=True)
         target.mkdir(parents=True, exist_ok=True)
-        names = unique_names((f"{answer.candidate}_{answer.case.name}" for answer in kept), _LONGEST, "+-")
+        names = unique_names((f"{answer.candidate}_{answer.case.name}" for answer, _ in kept), _LONGEST, "+-")
         written = [target / f"{name}.csv" for name in names]
-        for path, answer in zip(written, kept, strict=True):
-            headings, columns = zip(*_histories(answer), strict=True)
+        for path, (answer, courses) in zip(written, kept, strict=True):
+            headings, columns = zip(*_histories(answer, courses), strict=True)
             write_csv(path, headings, np.column_stack(columns).tolist())
         return written
 
@@ -299,10 +299,8 @@ def simulate(
     return Simulation(file, statics, tuple(answers))
 
 
-def _histories(answer: CaseAnswer) -> Iterator[tuple[str, FloatArray]]:
+def _histories(answer: CaseAnswer, courses: Courses) -> Iterator[tuple[str, FloatArray]]:
     """Motion over time of the base, the points and the axes of mounts, with headings."""
-    if (courses := answer.courses) is None:
-        return
     histories = courses.histories
     yield "time [s]", histories.time
     vectors = [("base acceleration", "m/s^2", courses.base)]
@@ -346,7 +344,7 @@ def _mode(mode: Mode) -> dict[str, Any]:
 
 
 def _case(answer: CaseAnswer) -> dict[str, Any]:
-    """For JSON: a candidate in a load case."""
+    """For JSON: a candidate in a case."""
     return {
         "candidate": answer.candidate,
         "case": answer.case.name,
