@@ -141,7 +141,7 @@ def build_all(
 
     Their displacement is 0 at the origin [m]; the path of the model file and its identification are for the result.
     """
-    certificate, stated, checks = certified(model), _stated_of(model, records), {}
+    certificate, checks = certified(model), {}
     for kind in kinds:
         build: Callable[[Path], Path] = partial(
             build_native_fmu, model, platforms=options.chosen_platforms, zero=origin, with_states=kind == "states",
@@ -150,8 +150,8 @@ def build_all(
         if kind == "python":
             build = partial(build_python_fmu, model, zero=origin, **picked(options, "author", "needs_execution_tool"))
         # With states the path is the host's.
-        along = () if kind == "states" or options.no_energy else stated
-        examine = partial(_examined, mechanisms=len(model.parameters.mechanisms), stated=along)
+        along = () if kind == "states" or options.no_energy else records
+        examine = partial(_examined, model=model, records=along)
         checks[kind] = _build_in_place(options.target(folder, model.name, kind), build, examine, progress)
     found, zero = identification, zero_sentence(origin)
     lines = [f"Model file: {path}", f"Certificate: {certificate}", *([zero] if zero else [])]
@@ -174,10 +174,17 @@ def build_system(wanted: SystemToBuild, folder: Path, options: BuildOptions, pro
     return Built(wanted.lines, wanted.content, replace(options, fmi=wanted.options.fmi), {"system": check})
 
 
-def _stated_of(model: ModelFile, records: Sequence[Record]) -> list[tuple[Record, dict[str, Any]]]:
-    """Records, each with what the model file states of it; raises BuildError if that is nothing."""
+def _examined(path: Path, model: ModelFile, records: Sequence[Record]) -> CheckReport:
+    """The check of an FMU, also along records from their starts: RNL has to be what the model file states."""
+    report = examine_fmu(path)
+    if report.problems or report.not_run or not records:
+        return report
+    # Slow to import.
+    from ...cosimulation.prescribed import simulate_fmu
+    from ...identification.figures import chosen_samples, rnl
+
+    zero, mechanisms = BuildSettings.of_fmu(path).zero, len(model.parameters.mechanisms)
     rows = list(zip(*(objects(content.get("records")) for content in (model.provenance, model.fit)), strict=False))
-    stated = []
     for record in records:
         sought = {"sha256": record.sha256, "samples": len(record)}.items()
         figures: dict[str, Any] = next((figures for one, figures in rows if sought <= one.items()), {})
@@ -186,21 +193,6 @@ def _stated_of(model: ModelFile, records: Sequence[Record]) -> list[tuple[Record
                 f"{record.path}: the model {model.name} states no figures of this record as it is read now; give one "
                 "that it was identified from, with the same options."
             )
-        stated.append((record, figures))
-    return stated
-
-
-def _examined(path: Path, mechanisms: int, stated: Sequence[tuple[Record, dict[str, Any]]]) -> CheckReport:
-    """The check of an FMU, also along records from their starts: RNL has to be what the model file states."""
-    report = examine_fmu(path)
-    if report.problems or report.not_run or not stated:
-        return report
-    # Slow to import.
-    from ...cosimulation.prescribed import simulate_fmu
-    from ...identification.figures import chosen_samples, rnl
-
-    zero = BuildSettings.of_fmu(path).zero
-    for record, figures in stated:
         starts = dict.fromkeys(("omega_start", "second_omega_start")[:mechanisms], float(figures["omega_start"]))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of samples beyond the identified range
@@ -210,7 +202,7 @@ def _examined(path: Path, mechanisms: int, stated: Sequence[tuple[Record, dict[s
         if not abs(found - figures["rnl"]) <= _RNL_TOLERANCE:
             text = f"RNL along {record.path} must be {figures['rnl']:.6f}, as the model file states, but is {found:.6f}"
             return replace(report, problems=(f"{text}; read the record as for the model, or identify it again.",))
-    names = ", ".join(Path(record.path).name for record, _ in stated)
+    names = ", ".join(Path(record.path).name for record in records)
     return replace(report, followed=f"; RNL as stated along {names}")
 
 

@@ -332,7 +332,7 @@ class Isolation(_Steady):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SystemIsolation(_Steady):
-    """Steady vibration of all candidates of a description.
+    """Steady vibration of the candidates of a description.
 
     Attributes
     ----------
@@ -368,7 +368,7 @@ class SystemIsolation(_Steady):
         return (CANDIDATE, _EXCITATION, *_LEVELS, *figures, _BAND)
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
-        """Static equilibrium, modes, and of each point the largest resonance in any direction."""
+        """Static equilibrium, modes, and of each point the largest resonance."""
         from .candidates import rest_tables
 
         yield f"{self.name} ({self.source})" if self.source is not None else self.name
