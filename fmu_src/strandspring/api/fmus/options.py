@@ -127,7 +127,7 @@ class BuildOptions:
             (
                 "platforms",
                 kinds != ("python",),
-                f"native FMUs, others have {' and '.join(PYTHON_PLATFORMS)}; build those",
+                f"native FMUs (others have {' and '.join(PYTHON_PLATFORMS)}); build such",
             ),
             ("arrays", self.version == 3, "FMI 3.0; ask for it, too"),
             ("no_energy", self.real_time, "an FMU for real time; ask for that, too"),
