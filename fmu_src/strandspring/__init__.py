@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from .api.fmus.build import build_fmu as build_fmu
     from .api.fmus.build import verify as verify
     from .api.fmus.export import export as export
-    from .api.fmus.in_place import BuildOptions as BuildOptions
+    from .api.fmus.options import BuildOptions as BuildOptions
     from .api.fmus.system_fmu import SystemInformation as SystemInformation
     from .api.identification import Identification as Identification
     from .api.identification import ManyResult as ManyResult
@@ -56,12 +56,12 @@ if TYPE_CHECKING:
     from .api.spring import Spring as Spring
     from .api.spring import responses as responses
     from .api.vibration.isolation import Isolation as Isolation
+    from .api.vibration.isolation import SystemIsolation as SystemIsolation
     from .api.vibration.isolation import isolate as isolate
     from .api.vibration.simulation import Simulation as Simulation
     from .api.vibration.simulation import simulate as simulate
     from .api.vibration.studies import StudyResult as StudyResult
     from .api.vibration.studies import study as study
-    from .api.vibration.system_isolation import SystemIsolation as SystemIsolation
     from .campaigns.jobs.options import Cluster as Cluster
     from .campaigns.jobs.options import Workers as Workers
     from .campaigns.planning.limits import Limits as Limits
@@ -101,7 +101,7 @@ _NAMES = {
     "api.common.given": ("bundled_record",),
     "api.comparison": ("Comparison", "compare"),
     "api.fmus.build": ("Verification", "build_fmu", "verify"),
-    "api.fmus.in_place": ("BuildOptions",),
+    "api.fmus.options": ("BuildOptions",),
     "api.fmus.export": ("export",),
     "api.fmus.system_fmu": ("SystemInformation",),
     "api.identification": ("Identification", "ManyResult", "identify", "identify_many"),
@@ -110,10 +110,9 @@ _NAMES = {
     "api.options": ("Comparing", "Fitting", "Sampling"),
     "api.planning": ("TestPlan", "plan"),
     "api.spring": ("Computing", "Responses", "Spring", "responses"),
-    "api.vibration.isolation": ("Isolation", "isolate"),
+    "api.vibration.isolation": ("Isolation", "SystemIsolation", "isolate"),
     "api.vibration.simulation": ("Simulation", "simulate"),
     "api.vibration.studies": ("StudyResult", "study"),
-    "api.vibration.system_isolation": ("SystemIsolation",),
     "campaigns.jobs.options": ("Cluster", "Workers"),
     "campaigns.planning.limits": ("Limits",),
     "core.parameters": ("SpringParameters",),

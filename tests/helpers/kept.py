@@ -40,9 +40,9 @@ def changes(path: Path, answers: dict[str, Any], rtol: float) -> list[Any]:
 
 
 def plain(value: Any) -> Any:
-    """Fields of dataclasses but for springs and signals, names of members, and no numbers that JSON lacks."""
+    """Fields of dataclasses but for springs, catalogues, signals; names of members, and no numbers that JSON lacks."""
     if is_dataclass(value):
-        names = [field.name for field in fields(value) if field.name not in ("spring", "signal")]
+        names = [field.name for field in fields(value) if field.name not in ("spring", "stated", "signal")]
         value = {name: getattr(value, name) for name in names}
     if isinstance(value, dict):
         return {str(getattr(key, "name", key)): plain(one) for key, one in value.items()}

@@ -11,7 +11,7 @@ import click
 
 import strandspring
 
-from ..api.fmus.in_place import BuildOptions
+from ..api.fmus.options import BuildOptions
 from ..api.options import Fitting
 from ..ground.files import readable, refuse_unwritable
 from ..loops.reading import Reading
@@ -87,7 +87,7 @@ def build(
       strandspring build box.toml --candidate softer
     """
     from ..api.common.model_source import built_with, describes_system, origin_of
-    from ..api.fmus.build import Built, build_all, stated_of
+    from ..api.fmus.build import build_all
     from ..model.modelfile import is_model_path, load_model, saved_model
     from ..model.stated_cautions import stated_cautions
 
@@ -131,19 +131,23 @@ def build(
         records = identification.records
     origin = origin_of(sources[0], zero, model.parameters)
     with out.reporting() as progress:
-        built = build_all(model, folder, kinds, settings, origin, stated_of(model, records), progress)
-    out.present(Built(model, model_path, origin, settings, built, identification))
+        built = build_all(
+            model, folder, settings, origin, records, progress,
+            kinds=kinds, path=model_path, identification=identification,
+        )  # fmt: skip
+    out.present(built)
 
 
 def _build_system(source: str, folder: Path, candidate: str | None, settings: BuildOptions) -> None:
-    from ..api.fmus.system_fmu import BuiltSystem, SystemToBuild
+    from ..api.fmus.build import build_system
+    from ..api.fmus.system_fmu import SystemToBuild
 
     refuse_unwritable(folder, is_folder=True)
     building = SystemToBuild.load(source, candidate, settings.author, settings.fmi)
     out.refuse_overwriting([source], {"--output": building.target(folder)})
     with out.reporting() as progress:
-        built = building.build(folder, settings.chosen_platforms, progress)
-    out.present(BuiltSystem(building, built), {"system": source})
+        built = build_system(building, folder, settings, progress)
+    out.present(built, {"system": source})
 
 
 @opt.command(fmus="X.fmu...", flags=["json"])
@@ -206,11 +210,8 @@ def export(model: str, ssp: bool, mass: float | None, output: str, **options: An
         raise click.UsageError("--ssp and --mass KG go together.")
     from ..api.fmus.export import Exports
 
-    exports = Exports(model, output, ssp_mass=mass, **options)
+    exports = Exports.planned(model, output, ssp_mass=mass, **options)
     out.refuse_overwriting([model], {f"--{kind}": path for kind, path in exports.files.items()})
-    exports.refuse_unwritable()
     with out.reporting() as progress:
         exports.write(progress)
-    for sentence in exports.notes:
-        out.note(sentence)
     out.present(exports, {"model": model})

@@ -130,13 +130,13 @@ def unit_factor(text: str, quantity: Quantity) -> float:
     kind = _KINDS[quantity]
     name = _cleaned(text)
     if name in kind.ambiguous:
-        raise RecordError(f"unit {quoted(text)} of the {quantity} could mean {kind.ambiguous[name]}; write it exactly.")
+        sentence = "unit {unit} of the {quantity} could mean {meanings}; write it exactly."
+        raise RecordError(sentence, unit=quoted(text), quantity=quantity, meanings=kind.ambiguous[name])
     factor = kind.exact.get(name, kind.any_case.get(name.casefold()))
     if factor is None:
         stated = kind_of_unit(text)
-        if stated is None:
-            reason = "is not known"
-        else:
+        reason = "is not known"
+        if stated is not None:
             reason = f"is not a unit of {kind.noun}" if stated == "other" else f"is a unit of {_KINDS[stated].noun}"
         raise RecordError(
             f"unit {quoted(text)} of the {quantity} {reason}; give a unit of {kind.noun} ({kind.examples})."

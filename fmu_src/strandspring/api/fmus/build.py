@@ -1,154 +1,198 @@
-"""FMUs: built and put in place once they were validated and run (`build_fmu`), and verified (`verify`)."""
+"""FMUs: built, and put in place once they were validated and run (`build_fmu`); and verified (`verify`)."""
 
 from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...errors import BuildError, Reader
 from ...findings import CAUTIONS, gathered, of_severity
+from ...fmu.archive import binary_sizes
 from ...fmu.checks.check import CheckReport, examine_fmu
 from ...fmu.checks.verification import Check, verify_fmu
 from ...fmu.native.native_fmu import build_native_fmu
 from ...fmu.python_backed import build_python_fmu
 from ...fmu.related_files import BuildSettings
-from ...ground.files import refuse_unwritable
+from ...ground.files import existing_folder, refuse_unwritable, refused_in_words
 from ...ground.options import refuse_given, takes
 from ...ground.result_columns import ResultColumn
+from ...ground.scratch import TemporaryFolder
 from ...ground.strict_json import is_finite, objects
 from ...model.certificate import certified
 from ...model.coordinates import checked_zero, zero_sentence
 from ...model.modelfile import ModelFile, is_model_path, load_model
 from ...model.names import check_name
 from ...model.stated_figures import NAMES
-from ..common.model_source import ModelSource, Progress, built_with, describes_system, path_of, unseen
-from ..common.result import Result
+from ..common.model_source import (
+    OF_MODELS,
+    ModelSource,
+    Progress,
+    built_with,
+    describes_system,
+    origin_of,
+    path_of,
+    unseen,
+)
+from ..common.result import Result, picked
 from ..common.table import Table
-from .in_place import BuildOptions, BuiltFmu, FmuJob, Kind, build_in_place
+from .options import BuildOptions
 
 if TYPE_CHECKING:
     from ...identification.identified import IdentifiedModel
     from ...records.record import Record
     from ..common.given import Source
+    from .system_fmu import SystemToBuild
 
-Stated: TypeAlias = "tuple[Record, dict[str, Any]]"
-
-OF_SYSTEM = "{option} can only be given with a model or records, and {where} describes a system; leave it out."
 _RNL_TOLERANCE = 1e-6  # of sums over many samples, each within rounding
 _CHECKS = tuple(ResultColumn(key, "", key) for key in ("about", "text", "is_problem"))
+# What each kind of FMU is for.
+_PURPOSES = {
+    "native": "native: for any simulator, with no Python on its machine",
+    "states": "native with states: model exchange for optimal control, linearisation and functional importers",
+    "python": "Python-backed: the model as readable Python, for simulators that run on Python",
+    "system": "bodies on mounts: co-simulation in any simulator, with no Python on its machine",
+}
 
 
 @dataclass(frozen=True, repr=False)
 class Built(Result):
-    """FMUs that were built of a model, or of records that were identified for them."""
+    """FMUs that were built.
 
-    model: ModelFile
-    path: Path  # of the model file
-    zero: float  # displacement of the model file at which that of the FMUs is 0 [m]
-    settings: BuildOptions
-    fmus: Sequence[BuiltFmu]
-    identification: Any  # Identification or None
+    Attributes
+    ----------
+    lines : sequence of str         Of what, in words.
+    of : mapping                    The same for JSON.
+    options : BuildOptions
+    fmus : mapping of CheckReport   What the check of each found, by its kind.
+    identification : Identification or None
+        That of records, if there are any.
+    """
+
+    lines: Sequence[str]
+    of: Mapping[str, Any]
+    options: BuildOptions
+    fmus: Mapping[str, CheckReport]
+    identification: Any = None
 
     _stated: ClassVar[Mapping[str, Any]] = {}
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
-        """What was identified, the model file with its certificate, and the FMUs."""
+        """What was identified, what the FMUs are of, and each with its check."""
         if self.identification is not None:
             yield from self.identification.parts(brief)
-        yield f"Model file: {self.path}"
-        yield f"Certificate: {certified(self.model)}"
-        if sentence := zero_sentence(self.zero):
-            yield sentence
-        for fmu in self.fmus:
-            yield from [fmu.brief(self.settings)] if brief else fmu.text_lines(self.settings)
+        yield from self.lines
+        for kind, report in self.fmus.items():
+            size, binaries = f"{report.path.stat().st_size / 1024:.0f} KiB", binary_sizes(report.path)
+            if brief:
+                yield f"FMU: {report.path} ({', '.join((size, *binaries, *self.options.apart))}): {report.verdict}"
+                continue
+            yield f"FMU: {report.path} ({size}), {'; '.join((_PURPOSES[kind], *self.options.apart))}"
+            sizes = ", ".join(f"{platform} {size / 1024:.0f} KiB" for platform, size in binaries.items())
+            yield from (f"Binaries: {sizes}", f"Check: {report.summary}")
 
     def content(self) -> dict[str, Any]:
         """The same for JSON."""
-        found = self.identification
-        return {
-            "model": self.path,
-            "name": self.model.name,
-            "parameters": self.model.parameters.as_dict(),
-            "zero": self.zero,
-            "certificate": certified(self.model),
-            **(dict.fromkeys(NAMES) if found is None else found.figures),
-            "fitted": None if found is None else found.fitted_figures,
-            "fmus": [fmu.facts(self.settings) for fmu in self.fmus],
-        }
+        fmus = []
+        for kind, report in self.fmus.items():
+            of_system = kind == "system"
+            fmu = {"path": report.path, "backend": "native" if of_system else kind, "fmi": self.options.version}
+            fmu |= {"binaries": binary_sizes(report.path), "check": report.summary}
+            fmus.append(fmu)
+        return {**self.of, "fmus": fmus}
+
+
+def _build_in_place(
+    target: Path, build: Callable[[Path], Path], examine: Callable[[Path], CheckReport], progress: Progress = unseen
+) -> CheckReport:
+    """Build an FMU by a function that writes it into a folder, check it there, and put it into its place."""
+    refuse_unwritable(target)
+    # In the same file system as its place, so that it is moved at once or not at all.
+    with TemporaryFolder(existing_folder(target.parent)) as beside:
+        progress(f"Building {target.name}", 0, 2)
+        fmu = build(beside)
+        progress(f"Validating and running {target.name}", 1, 2)
+        report = examine(fmu)
+        if report.problems:
+            raise BuildError(f"{target} was not written, because the FMU failed its check: {report.summary}")
+        with refused_in_words(target):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            fmu.replace(target)
+    return replace(report, path=target)
 
 
 def build_all(
     model: ModelFile,
     folder: Path,
-    kinds: Sequence[Kind],
     options: BuildOptions,
-    zero: str | float | None,
-    stated: Sequence[Stated] = (),
+    origin: float,
+    records: Sequence[Record] = (),
     progress: Progress = unseen,
-) -> list[BuiltFmu]:
-    """Build FMUs of several kinds beside their place, check them, those for co-simulation also along records with what
-    `stated_of` gives, and put them in place if all are good.
+    *,
+    kinds: Sequence[str],
+    path: Path | None = None,
+    identification: Any = None,
+) -> Built:
+    """Build and check FMUs of several kinds of a model, also along records from which it was identified.
 
-    Raises
-    ------
-    StrandspringError   If the folder is not writable, or an FMU cannot be built.
-    BuildError          If the options do not go together, or an FMU is not valid or answers otherwise than the model;
-                        nothing is then left behind.
-    ModelError          If the spring does not meet its certificate.
+    Their displacement is 0 at the origin [m]; the path of the model file and its identification are for the result.
     """
-    certified(model)
-    options.refuse_impossible(kinds)
-
-    jobs = []
+    certificate, checks = certified(model), {}
     for kind in kinds:
+        build: Callable[[Path], Path] = partial(
+            build_native_fmu, model, platforms=options.chosen_platforms, zero=origin, with_states=kind == "states",
+            fmi=options.version, author=options.author,
+        )  # fmt: skip
         if kind == "python":
-            execution = options.needs_execution_tool
-            build = partial(build_python_fmu, model, zero=zero, needs_execution_tool=execution, author=options.author)
-        else:
-            build = partial(
-                build_native_fmu, model, platforms=options.chosen_platforms, zero=zero, with_states=kind == "states",
-                fmi=options.version, author=options.author,
-            )  # fmt: skip
+            build = partial(build_python_fmu, model, zero=origin, **picked(options, "author", "needs_execution_tool"))
         # With states the path is the host's.
-        along = () if kind == "states" else stated
-        examine = partial(_examined, mechanisms=len(model.parameters.mechanisms), stated=along)
-        jobs.append(FmuJob(options.target(folder, model.name, kind), kind, build, examine))
-    return build_in_place(folder, jobs, progress)
+        along = () if kind == "states" else records
+        examine = partial(_examined, model=model, records=along)
+        checks[kind] = _build_in_place(options.target(folder, model.name, kind), build, examine, progress)
+    found, zero = identification, zero_sentence(origin)
+    lines = [f"Model file: {path}", f"Certificate: {certificate}", *([zero] if zero else [])]
+    of = {
+        "model": path,
+        "name": model.name,
+        "parameters": model.parameters.as_dict(),
+        "zero": origin,
+        "certificate": certificate,
+        **(dict.fromkeys(NAMES) if found is None else found.figures),
+        "fitted": None if found is None else found.fitted_figures,
+    }
+    return Built(lines, of, options, checks, found)
 
 
-def stated_of(model: ModelFile, records: Sequence[Record]) -> list[Stated]:
-    """Records, each with what the model file states of it; raises BuildError if that is nothing."""
-    rows = list(zip(*(objects(content.get("records")) for content in (model.provenance, model.fit)), strict=False))
-    stated = []
-    for record in records:
-        found = (record.sha256, len(record))
-        row = next((row for row in rows if (row[0].get("sha256"), row[0].get("samples")) == found), None)
-        if row is None or not all(is_finite(row[1].get(name)) for name in ("rnl", "omega_start", "first_sample")):
-            raise BuildError(
-                f"{record.path}: the model {model.name} states no figures of this record as it is read now; give one "
-                "that it was identified from, with the same options."
-            )
-        rows.remove(row)
-        stated.append((record, row[1]))
-    return stated
+def build_system(wanted: SystemToBuild, folder: Path, options: BuildOptions, progress: Progress = unseen) -> Built:
+    """Build the FMU of a system, check it, and put it into the folder."""
+    build = partial(wanted.build, platforms=options.chosen_platforms)
+    check = _build_in_place(wanted.target(folder), build, wanted.examine, progress)
+    return Built(wanted.lines, wanted.content, replace(options, fmi=wanted.options.fmi), {"system": check})
 
 
-def _examined(path: Path, mechanisms: int, stated: Sequence[Stated]) -> CheckReport:
+def _examined(path: Path, model: ModelFile, records: Sequence[Record]) -> CheckReport:
     """The check of an FMU, also along records from their starts: RNL has to be what the model file states."""
     report = examine_fmu(path)
-    if report.problems or report.not_run or not stated:
+    if report.problems or report.not_run or not records:
         return report
     # Slow to import.
     from ...cosimulation.prescribed import simulate_fmu
     from ...identification.figures import chosen_samples, rnl
 
-    zero = BuildSettings.of_fmu(path).zero
-    for record, figures in stated:
+    zero, mechanisms = BuildSettings.of_fmu(path).zero, len(model.parameters.mechanisms)
+    rows = list(zip(*(objects(content.get("records")) for content in (model.provenance, model.fit)), strict=False))
+    for record in records:
+        sought = {"sha256": record.sha256, "samples": len(record)}.items()
+        figures: dict[str, Any] = next((figures for one, figures in rows if sought <= one.items()), {})
+        if not all(is_finite(figures.get(name)) for name in ("rnl", "omega_start", "first_sample")):
+            raise BuildError(
+                f"{record.path}: the model {model.name} states no figures of this record as it is read now; give one "
+                "that it was identified from, with the same options."
+            )
         starts = dict.fromkeys(("omega_start", "second_omega_start")[:mechanisms], float(figures["omega_start"]))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of samples beyond the identified range
@@ -158,7 +202,7 @@ def _examined(path: Path, mechanisms: int, stated: Sequence[Stated]) -> CheckRep
         if not abs(found - figures["rnl"]) <= _RNL_TOLERANCE:
             text = f"RNL along {record.path} must be {figures['rnl']:.6f}, as the model file states, but is {found:.6f}"
             return replace(report, problems=(f"{text}; read the record as for the model, or identify it again.",))
-    names = ", ".join(Path(record.path).name for record, _ in stated)
+    names = ", ".join(Path(record.path).name for record in records)
     return replace(report, followed=f"; RNL as stated along {names}")
 
 
@@ -176,9 +220,9 @@ def build_fmu(
 ) -> Path:
     """Build, validate and run the FMU of a model, of records that are identified first, or of a system.
 
-    Records are identified with the defaults of `identify`, and its cautions become warnings; along them the FMU must
-    have the RNL that the model has. The FMU of a SYSTEM.toml is for co-simulation: base acceleration in, motion of
-    points and forces of mounts out. It takes `fmi`, `platforms`, `author` and `candidate`.
+    Records are identified with the defaults of `identify`, and cautions become warnings; along them the FMU must have
+    the RNL that the model has. The FMU of a SYSTEM.toml is for co-simulation, base acceleration in, motion of points
+    and forces of mounts out, and takes `fmi`, `platforms`, `author` and `candidate`.
 
     Parameters
     ----------
@@ -186,26 +230,26 @@ def build_fmu(
     folder : path
     building : BuildOptions   Back end, version of FMI, platforms and others; or its fields as keywords.
     zero : "rig", "middle", float or None
-        Where displacement is counted from: a displacement of the record [m]; if None, as in the FMU if one is given,
-        else the rig's zero if it lies within the identified range, else the middle of the range.
-    name : str or None     Of the model and its FMU; if None, that of the model, or after the first record.
+        Where displacement is counted from: a displacement of the record [m]; if None, as in an FMU that is given, else
+        the rig's zero if it is within the identified range, else the middle of that.
+    name : str or None        Of the model and its FMU; if None, that of the model, or after the first record.
     candidate : str or None   Of a SYSTEM.toml; needed if it has several.
     record : path, Record or DataFrame, or several, or None
-        With a model: of those that it was identified from; the FMU is checked along them.
-    progress : callable    Is called with what is being done, the number of parts done, and how many there are.
+                              Of those that a model was identified from; the FMU is checked along them.
+    progress : callable       Takes what is being done, the number of parts done, and of all.
 
     Returns
     -------
-    Path                   The FMU, written only after it was validated and gave the force of the model.
+    Path   The FMU, written only after it was validated and gave the force of the model.
 
     Raises
     ------
-    BuildError             If the FMU cannot be built, or fails its check.
-    MountedSystemError     If a SYSTEM.toml is wrong, or its bodies cannot rest.
-    ModelError             If a model file is not a physically possible spring, or does not meet its certificate, or
-                           the name is not an identifier.
-    IdentificationError    If no physically possible spring can have made the records.
-    StrandspringError      If the folder is not writable, or an option is out of bounds.
+    BuildError            If the FMU cannot be built, or fails its check.
+    OptionError           If options do not go together.
+    MountedSystemError    If a SYSTEM.toml is wrong, or its bodies cannot rest.
+    ModelError            If a model is not a physically possible spring, or the name is not an identifier.
+    IdentificationError   If no physically possible spring can have made the records.
+    StrandspringError     If the folder is not writable, or an option is out of bounds.
 
     Examples
     --------
@@ -223,26 +267,23 @@ def build_fmu(
     refuse_unwritable(Path(folder), is_folder=True)
     path = path_of(model)
     if path is not None and describes_system(path):
-        refuse_given(OF_SYSTEM, path, **building.of_springs, zero=zero, name=name, record=record)
+        refuse_given(f"{OF_MODELS}; leave it out.", path, **building.of_springs, zero=zero, name=name, record=record)
         from .system_fmu import SystemToBuild  # slow to import
 
         wanted = SystemToBuild.load(path, candidate, building.author, building.fmi)
-        return wanted.build(Path(folder), building.chosen_platforms, progress).path
+        return build_system(wanted, Path(folder), building, progress).fmus["system"].path
     if candidate is not None:
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
-    before = built_with(path)
-    options = building.with_those_of(before)
-    kind: Any = "states" if building.states else options.backend or "native"
-    if kind not in get_args(Kind) or (building.states and building.backend == "python"):
+    if building.backend == "both" or (building.states and building.backend == "python"):
         raise BuildError(
             f'`backend` must be "native" or "python", and "native" with `states`, got {building.backend!r}.'
         )
-    if building.needs_execution_tool and kind != "python":
-        raise BuildError('`needs_execution_tool` is for the Python-backed FMU; add backend="python".')
+    options = building.with_those_of(built_with(path))
+    *_, kind = options.kinds()
     content, records = _model(model, path, record)
     content = content if name is None else replace(content, name=name)
-    origin = before.zero if zero is None and before else zero
-    return build_all(content, Path(folder), (kind,), options, origin, stated_of(content, records), progress)[0].path
+    origin = origin_of(model, zero, content.parameters)
+    return build_all(content, Path(folder), options, origin, records, progress, kinds=(kind,)).fmus[kind].path
 
 
 def _model(
@@ -257,7 +298,7 @@ def _model(
     from ...identification.identify import identify_records
     from ..common.given import as_records
 
-    if isinstance(held, ModelFile) and record is not None:
+    if isinstance(held, ModelFile):
         return held, as_records(record)
     if record is not None:
         raise BuildError("`record` is for a model; an FMU of records is checked along these, so leave it out.")
@@ -276,8 +317,8 @@ class Verification(Result):
 
     Attributes
     ----------
-    path : str                     Of the FMU.
-    checks : tuple of Check   Each says what was looked at, one sentence, and whether it speaks against the FMU.
+    path : str                Of the FMU.
+    checks : tuple of Check   What was looked at, in a sentence, and whether it speaks against the FMU.
     """
 
     path: str
@@ -309,10 +350,9 @@ class Verification(Result):
 def verify(fmu: str | os.PathLike[str]) -> Verification:
     """Verify an FMU on this computer.
 
-    Compares every file with its hash of when the FMU was built, the model description with FMI's rules, the spring with
-    its certificate, the range of force that its records support, and co-simulation and model exchange with the
-    reference result that the FMU carries. An FMU with a changed file is not run; binaries that were added or compiled
-    anew are named and run. The hashes show damage, not who built it: run FMUs of people you trust only.
+    Compares files with their hashes, the description with FMI's rules, the spring with its certificate and records, and
+    runs with the reference result. With a changed file it is not run, but new binaries are. Hashes show damage, not who
+    built it: run FMUs of people you trust only.
 
     Parameters
     ----------

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
 from ...core.variables import Variable
 from ...errors import MountedSystemError
+from ...fmu.checks.check import CheckReport
 from ...fmu.native.platforms import Platform
 from ...fmu.system.system_check import examine_system_fmu
 from ...fmu.system.system_files import SystemOfFmu, SystemSettings, is_system_fmu, system_files
@@ -18,17 +18,14 @@ from ...fmu.system.system_native import build_system_fmu, system_identifier
 from ...fmu.system.system_variables import ForceInput, SystemFmuOptions, system_variables
 from ...model.certificate import certified
 from ...vibration.bodies.loads import ChannelKind, LoadCase
-from ...vibration.bodies.modes import modes
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import rest
 from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
-from ..common.model_source import Progress, unseen
 from ..common.result import Result
 from ..common.table import Table
 from ..common.text import counted
-from ..vibration.system_isolation import MODES, RestingSystem, rest_tables
-from .in_place import BuildOptions, BuiltFmu, FmuJob, build_in_place
+from ..vibration.candidates import MODES, RestingSystem, rest_tables
 
 # Of the largest stable step: an error of some 0.1 % at the highest natural frequency.
 _OF_STABLE = 0.05
@@ -45,12 +42,11 @@ class SystemToBuild:
 
     @classmethod
     def load(cls, path: str, candidate: str | None = None, author: str = "", fmi: int | None = None) -> SystemToBuild:
-        """From a SYSTEM.toml, or from the FMU of a system with its candidate and, by default, its author and FMI.
+        """From a SYSTEM.toml, or the FMU of a system with its candidate and, by default, its author and FMI.
 
         Raises
         ------
-        MountedSystemError   If the file is wrong, has no such candidate, or its bodies cannot rest within the
-                             identified ranges of their springs.
+        MountedSystemError   If the file is wrong, has no such candidate, or its bodies cannot rest.
         ModelError           If a spring does not meet its certificate.
         """
         if is_system_fmu(path):
@@ -83,18 +79,27 @@ class SystemToBuild:
         """Where its FMU is written."""
         return folder / f"{system_identifier(self.system, self.options.fmi)}.fmu"
 
-    def build(self, folder: Path, platforms: Sequence[Platform] | None, progress: Progress = unseen) -> BuiltFmu:
-        """Build, validate and run the FMU, and put it into the folder.
-
-        Raises
-        ------
-        StrandspringError   If the folder is not writable, or the FMU cannot be built.
-        BuildError          If it fails its check; nothing is then left behind.
-        """
+    def build(self, folder: Path, platforms: Sequence[Platform] | None) -> Path:
+        """Write its FMU into a folder."""
         files = system_files(self.file, self.candidate, self.options)
-        build = partial(build_system_fmu, self.system, options=self.options, platforms=platforms, description=files)
-        examine = partial(examine_system_fmu, system=self.system, options=self.options)
-        return build_in_place(folder, [FmuJob(self.target(folder), "system", build, examine)], progress)[0]
+        return build_system_fmu(self.system, folder, self.options, platforms, files)
+
+    def examine(self, fmu: Path) -> CheckReport:
+        """Validate and run its FMU."""
+        return examine_system_fmu(fmu, self.system, self.options)
+
+    @property
+    def lines(self) -> list[str]:
+        """What it is, in words."""
+        steps, inputs = f"Internal step: {_steps(self.options)}", f"Inputs: {', '.join(self.content['inputs'])}"
+        return [f"System: {self.file.name}, {self.candidate}", inputs, steps]
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The same for JSON."""
+        of, inputs = self.options, _names(system_variables(self.system, self.options), "input")
+        steps = {"step": of.step, "stable_step": of.largest_step}
+        return {"name": self.file.name, "candidate": self.candidate, **steps, "inputs": inputs}
 
 
 def _force_inputs(cases: Sequence[LoadCase]) -> tuple[ForceInput, ...]:
@@ -114,39 +119,6 @@ def _steps(options: SystemFmuOptions) -> str:
     return f"at most {options.step:g} s; stable up to {options.largest_step:.4g} s"
 
 
-@dataclass(frozen=True, repr=False)
-class BuiltSystem(Result):
-    """The FMU of a system, and what it was built of."""
-
-    _stated: ClassVar[Mapping[str, Any]] = {}
-
-    of: SystemToBuild
-    fmu: BuiltFmu
-
-    def parts(self, brief: bool) -> Iterator[str]:
-        """The system, its inputs and step, and the FMU."""
-        settings = BuildOptions(fmi=self.of.options.fmi)
-        yield f"System: {self.of.file.name}, {self.of.candidate}"
-        yield f"Inputs: {', '.join(self._inputs)}"
-        yield f"Internal step: {_steps(self.of.options)}"
-        yield from [self.fmu.brief(settings)] if brief else self.fmu.text_lines(settings)
-
-    def content(self) -> Mapping[str, Any]:
-        """What was built."""
-        return {
-            "name": self.of.file.name,
-            "candidate": self.of.candidate,
-            "step": self.of.options.step,
-            "stable_step": self.of.options.largest_step,
-            "inputs": self._inputs,
-            "fmus": [self.fmu.facts(BuildOptions(fmi=self.of.options.fmi))],
-        }
-
-    @property
-    def _inputs(self) -> list[str]:
-        return _names(system_variables(self.of.system, self.of.options), "input")
-
-
 def _names(variables: Sequence[Variable], causality: str) -> list[str]:
     return [variable.name for variable in variables if variable.causality == causality]
 
@@ -157,11 +129,11 @@ class SystemInformation(Result):
 
     Attributes
     ----------
-    source : str                     Path of the FMU.
-    name, description : str          As SYSTEM.toml has them.
-    settings : SystemSettings        Its candidate, and what it was built with.
-    at_rest : RestingSystem          Static equilibrium with `omega_start`, and modes for small motion about it.
-    variables : tuple of Variable    Of the FMU.
+    source : str                    Path of the FMU.
+    name, description : str         As SYSTEM.toml has them.
+    settings : SystemSettings       Its candidate, and what it was built with.
+    at_rest : RestingSystem         Static equilibrium with `omega_start`, and modes for small motion about it.
+    variables : tuple of Variable   Of the FMU.
     """
 
     source: str
@@ -200,16 +172,9 @@ class SystemInformation(Result):
 
 
 def system_information(fmu: str | os.PathLike[str]) -> SystemInformation:
-    """What the FMU of a system holds: its candidate, variables, static equilibrium and natural modes; see `info`.
-
-    Raises
-    ------
-    MountedSystemError   If it is not such an FMU, or is damaged.
-    """
+    """See `info`; raises MountedSystemError if it is not the FMU of a system, or is damaged."""
     held = SystemOfFmu.load(os.fspath(fmu))
-    options = held.settings.options
-    pose = rest(held.system, options.omega_start)
-    of_pose = modes(SmallMotion(held.system, pose.pose), omega=pose.omega)
-    at_rest = RestingSystem(held.settings.candidate, held.system, (pose,), of_pose)
+    options, candidate = held.settings.options, held.settings.candidate
+    at_rest = RestingSystem.about(candidate, held.system, options.omega_start)
     variables = system_variables(held.system, options)
     return SystemInformation(os.fspath(fmu), held.file.name, held.file.description, held.settings, at_rest, variables)

@@ -1,18 +1,27 @@
-"""One mass on springs: `isolate`, one model or several in and transmissibility and resonance on each of them out."""
+"""`isolate`: steady motions of a mass on springs or of the bodies of a SYSTEM.toml.
+
+A part is one of those that are compared, a model or a candidate of a description.
+"""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+import os
+from abc import abstractmethod
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
-from typing import TYPE_CHECKING, Any
+from itertools import chain, groupby, islice
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from ...errors import IsolationError, OptionError
+import numpy as np
+
+from ...campaigns.jobs.threads import in_threads
+from ...errors import IsolationError, MountedSystemError, OptionError
 from ...findings import Finding
 from ...ground.arguments import number
+from ...ground.one_thread import one_thread
 from ...ground.options import changed, refuse_given, takes
 from ...ground.result_columns import ResultColumn, columns_of
 from ...ground.scratch import TemporaryFolder
@@ -21,7 +30,7 @@ from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
 from ...vibration.one_mass.band import band_frequencies
 from ...vibration.one_mass.curve_points import ResponsePoint
-from ...vibration.one_mass.options import Curve, Excitation, Levels, Mount
+from ...vibration.one_mass.options import DEFAULT_SHARES, Curve, Excitation, Levels, Mount
 from ...vibration.one_mass.response import FrequencyResponse, Resonance, frequency_response
 from ...vibration.one_mass.system import IsolatedMass, StaticEquilibrium, free_travel, static_equilibrium
 from ..common.model_source import (
@@ -35,21 +44,25 @@ from ..common.model_source import (
     path_of,
     unseen,
 )
-from ..common.result import picked
+from ..common.result import PlottedResult, picked
 from ..common.table import Table
-from .steady import BAND, LEVELS, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    import pandas as pd
     from matplotlib.figure import Figure
 
     from ...cosimulation.steady_check import SteadyCheck
     from ...vibration.description.system_file import SystemFile
     from ...vibration.one_mass.curves_plot import Panel
-    from .system_isolation import SystemIsolation
+    from .candidates import RestingSystem
 
 _MODEL = ResultColumn("model", "", "model", "model")
+_EXCITATION = ResultColumn("excitation", "", "excitation", "excitation")
+# Of every resonance: the level and this as text, and whether it is at an end of the band.
+_LEVELS = (ResultColumn("level", "", "level"), ResultColumn("level_text", "1", "", "level"))
+_BAND = ResultColumn("band", "", "", "band")
 _OF_FORCE = ResultColumn("relative", "m/N", "relative motion over force")
+_VERDICTS = {True: "agrees", False: "DIFFERS: the computed motion is not steady or not stable"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +76,11 @@ class IsolatedModel:
     system: IsolatedMass
     equilibrium: StaticEquilibrium
     responses: tuple[FrequencyResponse, ...] = ()  # one for each level
+
+    @property
+    def free_travel(self) -> float:
+        """From static equilibrium to the nearer end of the identified range [m]."""
+        return free_travel(self.system, self.equilibrium)
 
     def content(self, checked: Sequence[CheckedMotion]) -> dict[str, Any]:
         """The model and its motions for JSON."""
@@ -82,8 +100,7 @@ class IsolatedModel:
         }
 
 
-@dataclass(frozen=True, eq=False)
-class CheckedMotion:
+class CheckedMotion(NamedTuple):
     """A computed steady motion and its co-simulation."""
 
     model: IsolatedModel
@@ -96,28 +113,99 @@ class CheckedMotion:
         return self.check.agrees
 
 
+class _Steady(PlottedResult):
+    """Steady motions of parts, each with its `label` and its `responses`."""
+
+    _parts_in: ClassVar[str]  # attribute that holds them
+
+    @property
+    @abstractmethod
+    def _peak_columns(self) -> Sequence[ResultColumn]:
+        """Of resonances; the first is the label of the part."""
+
+    @property
+    @abstractmethod
+    def _panels(self) -> tuple[str, list[Panel]]:
+        """The title of the plot, and panels in two rows."""
+
+    @property
+    def _parts(self) -> Sequence[Any]:
+        parts: Sequence[Any] = getattr(self, self._parts_in)
+        return parts
+
+    @property
+    def every(self) -> Iterator[tuple[Any, Any]]:
+        """Each part with each of its responses."""
+        return ((part, response) for part in self._parts for response in part.responses)
+
+    @property
+    def _of_curves(self) -> Iterator[Finding]:
+        """What limits the worth of each curve, which is named."""
+        for part, response in self.every:
+            where = response.where if len(self._parts) == 1 else f"{part.label}, {response.where}"
+            yield from (replace(finding, where=where) for finding in response.findings)
+
+    @property
+    def _peaks(self) -> Table:
+        columns = self._peak_columns
+        rows = [
+            {columns[0].key: part.label, **picked(response, "excitation", "level", "level_text"), **vars(peak),
+             "band": None if peak.inside else "at its end"}
+            for part, response in self.every
+            for peak in response.resonances
+        ]  # fmt: skip
+        varied = [column.key for column in columns if column.unit]
+        return Table(columns, rows, details=("stiffness", "loss_factor"), varied=varied)
+
+    def resonances(self) -> pd.DataFrame:
+        """One row for each resonance: what it is of, and its attributes in SI units."""
+        return self._peaks.frame()
+
+    _overview = resonances
+
+    def _shown(self, columns: Sequence[ResultColumn]) -> Sequence[ResultColumn]:
+        """Columns without the first, the label of the part, where there is one part only."""
+        return columns[int(len(self._parts) == 1) :]
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw motion over frequency, dotted where unstable, into axes, and return them.
+
+        Of models they are one, of transmissibility; of a system one of the gain for each excitation, and below them
+        those of the sway. Without axes a new figure of pyplot also has amplitudes of models, ``ax.figure.axes[1]``.
+        """
+        if ax is None:
+            from matplotlib import pyplot as plt
+
+            figure = plt.figure(figsize=self._size, layout="constrained")
+            self._draw(figure)
+            axes = figure.axes
+        else:
+            axes = self._axes(ax)
+            for one, panel in zip(axes, self._panels[1], strict=False):
+                panel.draw(one)
+            axes[0].legend(fontsize=8)
+        return axes[0] if self._grid == (1, 1) else axes
+
+    def _draw(self, figure: Figure) -> None:
+        from ...vibration.one_mass.curves_plot import draw_panels, mark_superharmonics
+
+        title, panels = self._panels
+        *_, last = draw_panels(figure, panels, title)
+        if masses := [response for _, response in self.every if isinstance(response, FrequencyResponse)]:
+            mark_superharmonics(last, masses)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Isolation(AnyIsolation):
+class Isolation(_Steady):
     """Steady motions of a mass on springs of one or more models.
 
     Attributes
     ----------
     models : tuple of IsolatedModel
     excitation : Excitation
-    levels : tuple of float          [m], [m/s^2] or [N].
-    levels_chosen : str              How the levels were chosen; empty if they were given.
+    levels : tuple of float   [m], [m/s^2] or [N].
+    levels_chosen : str       How the levels were chosen; empty if they were given.
     checked : tuple of CheckedMotion What `verify` found, if it belongs to the result.
-
-    Examples
-    --------
-    >>> from strandspring import Spring, SpringParameters, isolate
-    >>> soft = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "soft")
-    >>> stiff = Spring(SpringParameters((0.0, 16000.0), (1.0,), 20.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "stiff")
-    >>> result = isolate([soft, stiff], mass=5.0, base_displacement=2e-4, points=8)
-    >>> result.resonances()[["model", "frequency", "transmissibility"]].round(1)
-       model  frequency  transmissibility
-    0   soft        7.7               8.6
-    1  stiff       11.0               8.6
     """
 
     models: tuple[IsolatedModel, ...]
@@ -127,7 +215,7 @@ class Isolation(AnyIsolation):
     checked: tuple[CheckedMotion, ...] = ()
 
     _parts_in = "models"
-    _peak_columns = (_MODEL, *LEVELS, *columns_of(Resonance), BAND)
+    _peak_columns = (_MODEL, *_LEVELS, *columns_of(Resonance), _BAND)
     _size = (8.0, 8.0)
 
     @property
@@ -157,16 +245,15 @@ class Isolation(AnyIsolation):
                 yield f"{isolated.label}: {counted}" if several else counted
         if several and self.levels_chosen:
             yield self.levels_chosen
-        yield self._peak_table(details=("stiffness", "loss_factor"))
+        yield replace(self._peaks, columns=self._shown(self._peak_columns))
         if self.checked:
             from ...cosimulation.steady_check import PERIODS, SteadyCheck
 
-            verdicts = {True: "agrees", False: "DIFFERS: the computed motion is not steady or not stable"}
             rows = []
             for one in self.checked:
                 what = {"model": one.model.label, "level_text": one.response.level_text}
-                rows.append({**vars(one.check), **what, "verdict": verdicts[one.agrees]})
-            checks = (_MODEL, LEVELS[1], *columns_of(SteadyCheck), ResultColumn("verdict", "", "verdict", "verdict"))
+                rows.append({**vars(one.check), **what, "verdict": _VERDICTS[one.agrees]})
+            checks = (_MODEL, _LEVELS[1], *columns_of(SteadyCheck), ResultColumn("verdict", "", "verdict", "verdict"))
             title = f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:"
             yield Table(self._shown(checks), rows, title)
 
@@ -181,46 +268,30 @@ class Isolation(AnyIsolation):
         models = [isolated.content(self.checked) for isolated in self.models]
         return models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw transmissibility over frequency, dotted where it is unstable, into axes, and return them. Without
-        axes a new figure of pyplot also has the amplitudes of the mount, in ``ax.figure.axes[1]``.
-        """
-        return self._drawn(ax)[0]
-
     @property
-    def _panels(self) -> list[Panel]:
+    def _panels(self) -> tuple[str, list[Panel]]:
         from ...vibration.one_mass.curves_plot import Curve as Drawn
         from ...vibration.one_mass.curves_plot import Panel
 
-        several = len(self.models) > 1
-
-        def curves(name: str, factor: float = 1.0) -> list[Drawn]:
-            return [
-                Drawn(response.column("frequency"), factor * response.column(name), ~response.unstable,
-                      *((isolated.label, response.level_text) if several else (response.level_text,)))
-                for isolated, response in self.every
-            ]  # fmt: skip
-
+        upper, lower = [], []
+        for isolated, response in self.every:
+            name = (response.level_text,) if len(self.models) == 1 else (isolated.label, response.level_text)
+            curve = Drawn(response.column("frequency"), response.column("transmissibility"), ~response.unstable, *name)
+            upper.append(curve)
+            lower.append(replace(curve, values=1e3 * response.column("amplitude")))
         kind = "force" if self.excitation is Excitation.FORCE else "absolute"
-        return [
-            Panel(f"{kind} transmissibility [-]", curves("transmissibility"), level=1.0),
-            Panel("amplitude of the mount [mm]", curves("amplitude", 1e3)),
+        model = "" if len(self.models) > 1 else f"{isolated.label}: "
+        return f"{model}{isolated.system.mass:g} kg, {self.excitation.value}", [
+            Panel(f"{kind} transmissibility [-]", upper, level=1.0),
+            Panel("amplitude of the mount [mm]", lower),
         ]
 
-    def _draw(self, figure: Figure) -> None:
-        from ...vibration.one_mass.curves_plot import draw_panels, mark_superharmonics
-
-        models = "" if len(self.models) > 1 else f"{self.models[0].label}: "
-        title = f"{models}{self.models[0].system.mass:g} kg, {self.excitation.value}"
-        _, below = draw_panels(figure, self._panels, title)
-        mark_superharmonics(below, [response for _, response in self.every])
-
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
-        """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.
+        """Build the FMUs and co-simulate stable motions of each level, at the ends of the band and at the peak.
 
         Parameters
         ----------
-        progress : callable   Is called with what is being done, the number of parts done, and how many there are.
+        progress : callable   Takes what is being done, the number of parts done, and of all.
 
         Returns
         -------
@@ -228,8 +299,8 @@ class Isolation(AnyIsolation):
 
         Raises
         ------
-        BuildError            If an FMU cannot be built.
-        CosimulationError     If it cannot be run.
+        BuildError          If an FMU cannot be built.
+        CosimulationError   If it cannot be run.
         """
         from ...cosimulation.steady_check import check_steady
         from ...fmu.native.native_fmu import build_native_fmu
@@ -249,6 +320,106 @@ class Isolation(AnyIsolation):
         return tuple(checked)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class SystemIsolation(_Steady):
+    """Steady vibration of the candidates of a description.
+
+    Attributes
+    ----------
+    name : str
+    source : str or None                  Path as it was given; None for a description in memory.
+    candidates : tuple of RestingSystem   With their responses.
+    levels_chosen : str                   How the levels were chosen; empty if they were given.
+    """
+
+    name: str
+    source: str | None
+    candidates: tuple[RestingSystem, ...]
+    levels_chosen: str = ""
+
+    _parts_in = "candidates"
+    _size = (12.0, 9.5)
+    _stated: ClassVar[Mapping[str, Any]] = {}  # each candidate and response says its own
+
+    @property
+    def table(self) -> Table:
+        """All points of the curves, under headings with units."""
+        from .candidates import curve_table
+
+        return curve_table(self.candidates)
+
+    @property
+    def _peak_columns(self) -> tuple[ResultColumn, ...]:
+        from ...vibration.bodies.six_response import PointResonance
+        from .candidates import CANDIDATE
+
+        gain = self.candidates[0].responses[0].gain_column
+        figures = (gain if column.key == gain.key else column for column in columns_of(PointResonance))
+        return (CANDIDATE, _EXCITATION, *_LEVELS, *figures, _BAND)
+
+    def parts(self, brief: bool) -> Iterator[str | Table]:
+        """Static equilibrium, modes, and of each point the largest resonance."""
+        from .candidates import rest_tables
+
+        yield f"{self.name} ({self.source})" if self.source is not None else self.name
+        yield from rest_tables(self.candidates, brief)
+        if self.levels_chosen:
+            yield self.levels_chosen
+        same = ("candidate", "excitation", "level", "point")
+        of_points = groupby(self._peaks.rows, key=lambda row: [row[key] for key in same])
+        rows = [max(rows, key=lambda row: row["gain"]) for _, rows in of_points]
+        yield replace(self._peaks, columns=self._shown(self._peak_columns), rows=rows)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Of springs from a catalogue, and of each curve."""
+        from ...vibration.verdicts.answers import shared
+
+        of_candidates = {candidate.label: candidate.findings for candidate in self.candidates}
+        return (*shared(of_candidates), *self._of_curves)
+
+    def content(self) -> Mapping[str, Any]:
+        """The candidates with their responses."""
+        candidates = [candidate.content_of_motions() for candidate in self.candidates]
+        return {"name": self.name, "levels_chosen": self.levels_chosen or None, "candidates": candidates}
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write a report: a page (.html) that opens offline; print it from a browser for a PDF.
+
+        Raises
+        ------
+        StrandspringError   If the ending is another, or the file cannot be written.
+        """
+        from ...report.system_pages import write_system_isolation
+
+        curves = [(candidate.label, response) for candidate, response in self.every]
+        _, *parts = self.parts(brief=False)  # the first names the file
+        write_system_isolation(os.fspath(path), self.name, self.candidates[0].system, curves, parts, self.findings)
+
+    @property
+    def _grid(self) -> tuple[int, int]:  # type: ignore[override]
+        return 2, len({response.excitation for _, response in self.every})
+
+    @property
+    def _panels(self) -> tuple[str, list[Panel]]:
+        """Gain above sway, a column for each excitation: colours tell points and candidates, and dashes levels."""
+        from ...vibration.one_mass.curves_plot import Curve as Drawn
+        from ...vibration.one_mass.curves_plot import Panel
+
+        gains, sways = defaultdict[str, list[Drawn]](list), defaultdict[str, list[Drawn]](list)
+        for candidate, response in self.every:
+            of, gain = f"{candidate.label}, " if len(self.candidates) > 1 else "", response.gain_column
+            largest = gain.factor * np.abs(response.gain).max(axis=2)
+            for p, point in enumerate(response.points):
+                name = (f"{of}{point.name}", response.level_text)
+                curve = Drawn(response.frequency, largest[:, p], response.stable, *name)
+                gains[response.excitation].append(curve)
+                sways[response.excitation].append(replace(curve, values=1e3 * response.sway[:, p]))
+        label = f"{gain.short or 'motion'} [{gain.shown or '-'}], largest of x, y and z"
+        above = [Panel(label, curves, excitation) for excitation, curves in gains.items()]
+        return self.name, above + [Panel("sway [mm]", curves) for curves in sways.values()]
+
+
 @takes(levels=Levels, mount=Mount, curve=Curve)
 def isolate(
     models: ModelSource | SystemFile | Sequence[ModelSource],
@@ -261,28 +432,24 @@ def isolate(
     candidates: str | Sequence[str] | None = None,
     progress: Progress = unseen,
 ) -> Isolation | SystemIsolation:
-    """Transmissibility and resonance of a mass on a spring, or on several to compare them, or of bodies on mounts.
+    """Transmissibility and resonance of a mass on one spring or several, or of bodies on mounts.
 
-    The steady motion is found by harmonic balance and followed through folds. A system is computed in all degrees of
-    freedom, to the second order of rotations from rest, with its modes.
+    The steady motion is found by harmonic balance and followed through folds; that of a system in all degrees of
+    freedom, to the second order of rotations from rest.
 
     Parameters
     ----------
     models : Spring, path of a model file or FMU, or a sequence of these; or path of a SYSTEM.toml, or SystemFile
-    mass : float
-        On the mount of a model [kg].
-    levels : Levels
-        What shakes the base or the mass; or its fields as keywords. If none are given, base displacements of 0.5, 1 and
-        2 % of the free travel from static equilibrium to the nearer end of the identified range, the smallest of all.
+    mass : float          On the mount of a model [kg].
+    levels : Levels       What shakes the base or the mass; or its fields as keywords. By default base displacements of
+                          0.5, 1 and 2 % of the smallest free travel from rest to an end of the identified range.
     mount, curve : Mount, Curve
-        Load and arrangement of springs of a model, and frequencies; or their fields as keywords. The band of a system
-        is by default 0.23 times the lowest to 5 times the highest natural frequency of each candidate.
+                          Load and springs of a model, and frequencies; or their fields as keywords.
     zero : "rig", "middle", float or None
         Where displacement of a model is counted from: a displacement of the record [m]; by default as in its FMU.
     candidates : str, sequence of str or None
-        Names of those of a system to compute; all if None.
-    progress : callable
-        Is called with the curve that is done, the number of frequencies done, and of all.
+                          Names of those of a system to compute; all if None.
+    progress : callable   Takes the curve that is done, the number of frequencies done, and of all.
 
     Returns
     -------
@@ -292,81 +459,111 @@ def isolate(
     ------
     ModelError           If a file is not a physically possible spring.
     MountedSystemError   If a system is wrong, a body cannot rest, or a motion leaves an identified range.
-    IsolationError       If there is no static equilibrium, an argument is out of bounds, the motion leaves the
-                         identified range, or no steady motion is found.
+    IsolationError       If an argument is out of bounds, the mass cannot rest, or no steady motion is found.
     OptionError          If an option does not apply to what is given.
 
     Examples
     --------
     >>> from strandspring import Spring, SpringParameters, isolate
-    >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
-    >>> result = isolate(spring, mass=5.0, base_displacement=[1e-4, 2e-4], points=8)
-    >>> print(result.summary())
-    5 kg on 1 spring, static load 49.03 N
-    Static equilibrium, with the lowest and the highest that friction leaves:
-      spring mm  sag mm  lowest mm  highest mm  stiffness N/mm  natural Hz
-          6.129   6.129      4.879       7.379              13       8.115
-       level  resonance Hz  transmissibility  amplitude mm  stiffness N/mm  loss factor  isolates from Hz
-      0.1 mm         7.904             11.57         1.142           12.52       0.0856             11.47
-      0.2 mm         7.743             8.579         1.687           12.08        0.115             11.44
+    >>> soft = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "soft")
+    >>> stiff = Spring(SpringParameters((0.0, 16000.0), (1.0,), 20.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "stiff")
+    >>> result = isolate([soft, stiff], mass=5.0, base_displacement=2e-4, points=8)
+    >>> result.resonances()[["model", "frequency", "transmissibility"]].round(1)
+       model  frequency  transmissibility
+    0   soft        7.7               8.6
+    1  stiff       11.0               8.6
     """
     is_one = isinstance(models, str) or not isinstance(models, Sequence)
     sources: Sequence[Any] = [models] if is_one else list(models)  # type: ignore[arg-type]
     if not sources:
         raise IsolationError("Nothing to isolate on; give at least one model.")
-    if described := next(filter(is_system, sources), None):
-        if len(sources) > 1:
-            raise OptionError(
-                f"{path_of(described)} describes a whole system and its candidates; give it alone, and models in "
-                "another call."
-            )
-        where = path_of(described) or "a SystemFile"
-        refuse_given(f"{OF_MODELS}; leave it out.", where, mass=mass, zero=zero, **changed(mount))
-        from .system_isolation import isolated_bodies  # slow to import
-
-        return isolated_bodies(described, levels, curve, candidates, progress)
-    where = path_of(sources[0]) or "a model"
-    if mass is None:
-        raise OptionError("Give the {to[mass]} on the spring of {where}.", where=where)
-    of_systems = {"directions": levels.directions, "at": levels.at, "base_rotation": levels.rotation}
-    refuse_given(OF_SYSTEMS, where, **of_systems, candidates=candidates)
-    mass = number("mass", mass, "kg")
-    contents = [model_of(source) for source in sources]
-    parts = []
-    for source, content, label in zip(sources, contents, _labels(contents), strict=True):
-        origin = origin_of(source, zero, content.parameters)
-        system = IsolatedMass(counted_from(origin, content.parameters), mass, mount)
-        with _named(label, len(contents)):
-            equilibrium = static_equilibrium(system)
-        parts.append(IsolatedModel(label, path_of(source), content, origin, system, equilibrium))
-    if levels.chosen is None:
-        excitation = Excitation.BASE_DISPLACEMENT
-        heights, chosen = default_levels({part.label: free_travel(part.system, part.equilibrium) for part in parts})
+    parts: Any
+    motions: Sequence[tuple[str, Callable[[Any], Any]]]
+    described = next(filter(is_system, sources), None)
+    if described is None:
+        where = path_of(sources[0]) or "a model"
+        if mass is None:
+            raise OptionError("Give the {to[mass]} on the spring of {where}.", where=where)
+        of_systems = {"directions": levels.directions, "at": levels.at, "base_rotation": levels.rotation}
+        refuse_given(OF_SYSTEMS, where, **of_systems, candidates=candidates)
+        parts = _loaded(sources, number("mass", mass, "kg"), mount, zero)
     else:
-        (excitation, heights), chosen = levels.chosen, ""
+        # Slow to import.
+        from ...vibration.description.system_file import load_system_file
+        from .candidates import RestingSystem, motions_of
+
+        path = path_of(described)
+        if len(sources) > 1:
+            sentence = "describes a whole system and its candidates; give it alone, and models in another call."
+            raise OptionError(f"{path} {sentence}")
+        refuse_given(f"{OF_MODELS}; leave it out.", path or "a SystemFile", mass=mass, zero=zero, **changed(mount))
+        if levels.at is not None and levels.force is None:
+            raise OptionError("{to[at]} says where a force acts; give {to[force]}, too, or leave it out.", at=levels.at)
+        file = described if path is None else load_system_file(path)
+        parts = [RestingSystem.about(label, system) for label, system in file.chosen_candidates(candidates)]
+    kind, heights, chosen = Excitation.BASE_DISPLACEMENT, levels.rotation, ""
+    if levels.chosen is not None:
+        kind, heights = levels.chosen
+    elif heights is None:
+        # Those of the part that has the smallest free travel.
+        part = min(parts, key=lambda part: part.free_travel)
+        way, heights = f"{1e3 * part.free_travel:.4g} mm", tuple(share * part.free_travel for share in DEFAULT_SHARES)
+        of = f"smallest free travel, {way} of {part.label}" if len(parts) > 1 else f"free travel of {way}"
+        chosen = f"Levels: 0.5, 1 and 2 % of the {of}."
+    if described is not None:
+        motions = motions_of(parts, kind, heights, levels, curve)
+        return SystemIsolation(file.name, path, _with_responses(parts, motions, curve.points, progress), chosen)
 
     def respond(part: IsolatedModel, level: float) -> FrequencyResponse:
         frequencies = band_frequencies(curve.band, curve.points, part.equilibrium)
-        with _named(part.label, len(parts)):
-            return frequency_response(part.system, excitation, level, frequencies, curve.extrapolate, resolve=True)
+        return frequency_response(part.system, kind, level, frequencies, curve.extrapolate, resolve=True)
 
-    motions = [partial(respond, level=level) for level in heights]
-    return Isolation(with_responses(parts, motions, curve.points, progress), excitation, heights, chosen)
+    motions = [("", partial(respond, level=level)) for level in heights]
+    return Isolation(_with_responses(parts, motions, curve.points, progress), kind, heights, chosen)
+
+
+def _loaded(sources: Sequence[ModelSource], mass: float, mount: Mount, zero: str | float | None) -> list[IsolatedModel]:
+    """The mass at rest on each model; models of one name are numbered."""
+    contents = [model_of(source) for source in sources]
+    names, parts = [content.name for content in contents], []
+    for k, (source, content, name) in enumerate(zip(sources, contents, names, strict=True)):
+        label = name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})"
+        origin = origin_of(source, zero, content.parameters)
+        system = IsolatedMass(counted_from(origin, content.parameters), mass, mount)
+        with _named(label if len(contents) > 1 else ""):
+            equilibrium = static_equilibrium(system)
+        parts.append(IsolatedModel(label, path_of(source), content, origin, system, equilibrium))
+    return parts
 
 
 @contextmanager
-def _named(label: str, models: int) -> Iterator[None]:
-    """Name the model in a refusal if there are several."""
+def _named(where: str) -> Iterator[None]:
+    """Say in a refusal where it is, if anything."""
     try:
         yield
-    except IsolationError as refusal:
-        if models == 1:
+    except (IsolationError, MountedSystemError) as refusal:
+        if not where:
             raise
-        raise IsolationError("{label}: {refusal}", label=label, refusal=refusal) from None
+        raise type(refusal)("{where}: {refusal}", where=where, refusal=refusal) from None
 
 
-def _labels(models: Sequence[ModelFile]) -> list[str]:
-    """The models' names, numbered in their order where they are alike."""
-    names = [model.name for model in models]
-    counts = Counter(names)
-    return [name if counts[name] == 1 else f"{name} ({names[: k + 1].count(name)})" for k, name in enumerate(names)]
+def _with_responses(
+    parts: Sequence[Any], motions: Sequence[tuple[str, Callable[[Any], Any]]], points: int, progress: Progress
+) -> tuple[Any, ...]:
+    """The parts with their responses, of so many points, computed in threads by what shakes them and functions."""
+    pairs = [(part, motion) for part in parts for motion in motions]
+    responses: list[Any] = []
+
+    def respond(part: Any, motion: tuple[str, Callable[[Any], Any]]) -> Any:
+        shaking, response_of = motion
+        with _named(f"{part.label}, {shaking}" if shaking else part.label if len(parts) > 1 else ""):
+            return response_of(part)
+
+    # The systems of equations are too small to be shared among threads.
+    with one_thread():
+        for response in in_threads(partial(respond, *pair) for pair in pairs):
+            part, _ = pairs[len(responses)]
+            responses.append(response)
+            progress(f"{part.label}, {response.where}", len(responses) * points, len(pairs) * points)
+    each = iter(responses)
+    return tuple(replace(part, responses=tuple(islice(each, len(motions)))) for part in parts)

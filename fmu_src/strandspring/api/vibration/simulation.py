@@ -41,7 +41,7 @@ from ..common.model_source import Progress, unseen
 from ..common.result import PlottedResult, picked, records
 from ..common.table import Table
 from ..common.text import counted
-from .system_isolation import RestingSystem, rest_tables
+from .candidates import RestingSystem, rest_tables
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -106,8 +106,8 @@ class Simulation(PlottedResult):
 
     @property
     def table(self) -> Table:
-        """One row for each figure of each case, in SI units; a refused case has one row without a figure, and a limit
-        that no case tests one for each candidate without a case.
+        """One row for each figure of each case, in SI units; a refused case, and a limit that no case tests, have one
+        without a figure.
         """
         rows: list[dict[str, Any]] = []
         for answer in self.answers:
@@ -120,7 +120,7 @@ class Simulation(PlottedResult):
         return Table(_FIGURES, rows)
 
     def verdicts(self) -> pd.DataFrame:
-        """Candidates down, cases across, and the verdict of each; "all cases" is that on all of them together."""
+        """Candidates down, cases across, and the verdict of each; "all cases" is that on all together."""
         import pandas as pd
 
         verdicts = {(answer.candidate, answer.case.name): answer.verdict.value for answer in self.answers}
@@ -145,29 +145,29 @@ class Simulation(PlottedResult):
 
         Returns
         -------
-        list of Path         The files, "candidate_case.csv".
+        list of Path   The files, "candidate_case.csv".
 
         Raises
         ------
-        StrandspringError    If there are none, or a file cannot be written.
+        StrandspringError   If there are none, or a file cannot be written.
         """
         from ...fmu.system.system_variables import unique_names  # slow to import
 
-        kept = [answer for answer in self.answers if answer.courses is not None]
+        kept = [(answer, courses) for answer in self.answers if (courses := answer.courses) is not None]
         if not kept:
             raise MountedSystemError("No histories were kept; simulate with `courses`, and fewer cases or candidates.")
         target = Path(folder)
         refuse_unwritable(target, is_folder=True)
         target.mkdir(parents=True, exist_ok=True)
-        names = unique_names((f"{answer.candidate}_{answer.case.name}" for answer in kept), _LONGEST, "+-")
+        names = unique_names((f"{answer.candidate}_{answer.case.name}" for answer, _ in kept), _LONGEST, "+-")
         written = [target / f"{name}.csv" for name in names]
-        for path, answer in zip(written, kept, strict=True):
-            headings, columns = zip(*_histories(answer), strict=True)
+        for path, (answer, courses) in zip(written, kept, strict=True):
+            headings, columns = zip(*_histories(answer, courses), strict=True)
             write_csv(path, headings, np.column_stack(columns).tolist())
         return written
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw acceleration against stroke of all answers, with verdicts, into axes of matplotlib, new ones if None."""
+        """Draw acceleration against stroke of all answers, with verdicts, into axes, new ones if None."""
         from ...report.drawing import draw
         from ...report.system_charts import acceleration_against_stroke
 
@@ -193,9 +193,7 @@ class Simulation(PlottedResult):
         return (*not_tested, *findings_of(self.candidates, self.answers))
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
-        """Verdicts, the range of the worst figures, and refusals; and unless it is brief static poses, modes, the error
-        of each figure and energy balances.
-        """
+        """Verdicts, ranges of the worst figures, refusals; and unless it is brief where they are, poses and modes."""
         counts = Counter(answer.verdict for answer in self.answers)
         verdicts = ", ".join(f"{counts[verdict]} {verdict.value}" for verdict in CaseVerdict if counts[verdict])
         cases = {answer.case.name for answer in self.answers}
@@ -204,7 +202,12 @@ class Simulation(PlottedResult):
         yield f"{self.file.name}: {where}: {verdicts}{'; limits not tested: ' if left else ''}{left}"
         rows = list(self._answer_rows())
         yield Table(_ANSWERS, rows, details=["nearest of"])
-        yield from _refusals(self.candidates, self.answers)
+        refused = {candidate.name: candidate.refusal for candidate in self.candidates}
+        yield from (f"{name}: refused: {refusal}" for name, refusal in refused.items() if refusal)
+        for answer in self.answers:
+            if answer.refusal and answer.refusal != refused.get(answer.candidate):
+                draws = f"{answer.refused} of {answer.draws} draws refused, most often" if answer.draws else "refused"
+                yield f"{answer.where}: {draws}: {answer.refusal}"
         if not brief:
             yield Table(_DETAILS, rows, "Where the figures are largest, others, and their numerical errors and draws:")
             at_rest = [
@@ -250,15 +253,11 @@ def simulate(
     ----------
     system : path or SystemFile
     cases, candidates : str, sequence of str or None
-        Names of those to simulate; all if None. That of a case with several directions stands for all of them.
-    run : Run
-        Draws, their seed, and the time step; or its fields as keywords.
-    workers : int or None
-        Threads; as many as cores if None.
-    courses : bool
-        Whether histories and spectra are kept, of the first cases as far as memory allows (400 MB).
-    progress : callable
-        Is called with what is being done, the number of runs done, and how many there are.
+                           Names of those to simulate; all if None. That of a case with several directions is of all.
+    run : Run              Draws, their seed, and the time step; or its fields as keywords.
+    workers : int or None  Threads; as many as cores if None.
+    courses : bool         Whether histories and spectra are kept, as far as memory allows (400 MB).
+    progress : callable    Takes what is being done, the number of runs done, and of all.
 
     Returns
     -------
@@ -266,7 +265,7 @@ def simulate(
 
     Raises
     ------
-    MountedSystemError         If the file is wrong, a name is unknown, or no candidate can be simulated in any case.
+    MountedSystemError   If the file is wrong, a name is unknown, or no candidate can be simulated in any case.
     """
     workers, courses = workers_of(workers), flag("courses", courses)
     file = system if isinstance(system, SystemFile) else load_system_file(system)
@@ -300,10 +299,8 @@ def simulate(
     return Simulation(file, statics, tuple(answers))
 
 
-def _histories(answer: CaseAnswer) -> Iterator[tuple[str, FloatArray]]:
+def _histories(answer: CaseAnswer, courses: Courses) -> Iterator[tuple[str, FloatArray]]:
     """Motion over time of the base, the points and the axes of mounts, with headings."""
-    if (courses := answer.courses) is None:
-        return
     histories = courses.histories
     yield "time [s]", histories.time
     vectors = [("base acceleration", "m/s^2", courses.base)]
@@ -317,18 +314,8 @@ def _histories(answer: CaseAnswer) -> Iterator[tuple[str, FloatArray]]:
         yield f"{name} force [N]", histories.force[:, k]
 
 
-def _refusals(candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer]) -> Iterator[str]:
-    """Why candidates, or cases of them, or draws of these were refused, each once."""
-    refused = {candidate.name: candidate.refusal for candidate in candidates}
-    yield from (f"{name}: refused: {refusal}" for name, refusal in refused.items() if refusal)
-    for answer in answers:
-        if answer.refusal and answer.refusal != refused.get(answer.candidate):
-            draws = f"{answer.refused} of {answer.draws} draws refused, most often" if answer.draws else "refused"
-            yield f"{answer.where}: {draws}: {answer.refusal}"
-
-
 def _candidate(candidate: CandidateAnswer, verdict: CaseVerdict) -> dict[str, Any]:
-    """For JSON: the verdict on a candidate in all load cases together, its static poses and modes."""
+    """For JSON: the verdict on a candidate in all cases, its static poses and modes."""
     static, system, rest, modes = candidate.static, candidate.system, None, None
     if static is not None:
         pose, forces = static.poses[0], _ranged(np.array([drawn.force for drawn in static.poses]))
@@ -348,7 +335,7 @@ def _candidate(candidate: CandidateAnswer, verdict: CaseVerdict) -> dict[str, An
 
 
 def _ranged(values: FloatArray) -> list[dict[str, Any]]:
-    """Of each column the nominal value, which comes first, and the least and the largest of all draws."""
+    """Of each column the nominal value, which comes first, the least and the largest."""
     return records("value", values[0], low=values.min(axis=0), high=values.max(axis=0))
 
 
@@ -357,7 +344,7 @@ def _mode(mode: Mode) -> dict[str, Any]:
 
 
 def _case(answer: CaseAnswer) -> dict[str, Any]:
-    """For JSON: a candidate in a load case."""
+    """For JSON: a candidate in a case."""
     return {
         "candidate": answer.candidate,
         "case": answer.case.name,
@@ -373,8 +360,8 @@ def _case(answer: CaseAnswer) -> dict[str, Any]:
 
 
 def _figure(figure: Figure) -> dict[str, Any]:
-    kind = {"quantity": figure.quantity.value, "unit": figure.quantity.unit}
-    return {**kind, **vars(figure), **kind, "margin": figure.margin}
+    kind = figure.quantity
+    return {**vars(figure), "quantity": kind.value, "unit": kind.unit, "margin": figure.margin}
 
 
 def _nominal(answer: CaseAnswer) -> dict[str, Any]:
@@ -392,7 +379,7 @@ def _nominal(answer: CaseAnswer) -> dict[str, Any]:
 
 
 def _spectra(answer: CaseAnswer, courses: Courses) -> dict[str, Any]:
-    """Shock response spectra (maximax) and power spectra of the base and the points, along x, y and z."""
+    """Shock response (maximax) and power spectra of base and points, along x, y and z."""
 
     def of(points: Sequence[Sequence[Any]], base: Sequence[Any], key: str) -> dict[str, Any]:
         along = [[getattr(spectrum, key) for spectrum in spectra] for spectra in (base, *points)]

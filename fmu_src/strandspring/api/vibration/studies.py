@@ -1,12 +1,11 @@
-"""`study`: how resonance and isolation scatter over masses, levels and the uncertainty of a model, or the verdicts on a
-SYSTEM.toml over a grid of its values.
-"""
+"""`study`: how resonance scatters over masses, levels and springs, or the verdicts on a grid of a SYSTEM.toml."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +46,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from ...campaigns.studies.system_study import SystemStudy
     from ...campaigns.studies.varied import Given
     from ...vibration.description.system_file import SystemFile
 
@@ -62,8 +60,7 @@ _INSTEAD = "; give values of it to {to[vary]}, such as body.box.mass=15 kg:25 kg
 class StudyResult(PlottedResult):
     """Runs of a study, and what they say of each candidate at each grid point.
 
-    The columns of `to_frame` are those of the study: of a spring the attributes of `RunRow`, of a system those of the
-    results file. The figures of a candidate are the worst of all cases; margins are shares of a limit that are left.
+    The figures of a candidate are the worst of all cases; margins are shares of a limit that are left.
 
     Attributes
     ----------
@@ -85,7 +82,9 @@ class StudyResult(PlottedResult):
     zero: float | None = None
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each run, in SI units but for the varied values of a system."""
+        """One row for each run with the attributes of `RunRow`, or of a system those of the results file, in SI units
+        but for varied values.
+        """
         return self._runs().set_axis(self.study.names, axis="columns")
 
     @property
@@ -107,10 +106,7 @@ class StudyResult(PlottedResult):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What limits the worth of the result."""
-        return (
-            *self.known,
-            *(finding for point in _records(self._summaries) for finding in self.study.findings(point)),
-        )
+        return (*self.known, *chain.from_iterable(map(self.study.findings, _records(self._summaries))))
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - its table knows
         """What was counted, the figures from the 5 to the 95 % quantile, and refusals."""
@@ -123,12 +119,11 @@ class StudyResult(PlottedResult):
             median = replace(figure, key=f"{figure.key}_median", short="median", shown="")
             columns += [figure, median] if has_ranges else [figure]
         details = [column.key for column in columns[len(study.head) :] if column.key not in study.few]
-        varied = {"candidate", "verdict", *(figure.key for figure in study.figures)}
-        for point, figures in self._points(self._summaries.head(_MOST_SHOWN)):
-            known = {name: ends for name, ends in figures.items() if ends is not None}
-            medians = {f"{name}_median": ends["median"] for name, ends in known.items()}
-            rows.append({**point, **medians, **{name: (ends["q05"], ends["q95"]) for name, ends in known.items()}})
-        yield Table(columns, rows, details=details, varied=varied)
+        keys = [figure.key for figure in study.figures]
+        for point in _records(self._summaries.head(_MOST_SHOWN)):
+            known = (key for key in keys if point[f"{key}_median"] is not None)
+            rows.append(point | {key: (point[f"{key}_q05"], point[f"{key}_q95"]) for key in known})
+        yield Table(columns, rows, details=details, varied={"candidate", "verdict", *keys})
         runs = len(study) // len(self._summaries)
         for row in rows:
             if row["refused"]:
@@ -138,26 +133,21 @@ class StudyResult(PlottedResult):
         if self.zero is not None and (counted := zero_sentence(self.zero)):
             yield counted
 
-    def _points(self, summary: pd.DataFrame) -> Iterator[tuple[dict[str, Any], dict[str, dict[str, float] | None]]]:
-        """What was counted of each candidate at each grid point, and the quantiles of its figures that are known."""
-        for point in _records(summary):
-            figures = {}
-            for figure in self.study.figures:
-                ends = {end: point.pop(f"{figure.key}_{end}") for end in QUANTILES}
-                figures[figure.key] = None if None in ends.values() else ends
-            yield point, figures
-
     def content(self) -> Mapping[str, Any]:
         """What was run, and the quantiles of each candidate at each grid point."""
         of = {"name": self.name} if self.zero is None else {"zero": self.zero}
-        counts = {"runs": len(self.study), **picked(self.study, "draws", "seed")}
-        points = self._points(self._summaries)
-        stated = [{**self.study.stated_point(point), "figures": figures} for point, figures in points]
-        return {**of, **self.study.stated, **counts, "points": stated}
+        counts, points = {"runs": len(self.study), **picked(self.study, "draws", "seed")}, []
+        for point in _records(self._summaries):
+            figures = {}
+            for key in (figure.key for figure in self.study.figures):
+                ends = {end: point.pop(f"{key}_{end}") for end in QUANTILES}
+                figures[key] = None if None in ends.values() else ends
+            points.append({**self.study.stated_point(point), "figures": figures})
+        return {**of, **self.study.stated, **counts, "points": points}
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw transmissibility over frequency at resonance, or the acceleration over the stroke of systems in the
-        colours of their verdicts, with bars from 5 to 95 % of the draws, into axes, those of a new figure if None.
+        """Draw transmissibility over frequency at resonance, or acceleration over stroke of systems by verdicts, with
+        bars from 5 to 95 % of the draws, into axes, those of a new figure if None.
         """
         (axes,) = self._axes(ax)
         x, y = (next(figure for figure in self.study.figures if figure.key == key) for key in self.study.drawn)
@@ -199,36 +189,28 @@ def study(
     SYSTEM.toml over a grid of its values.
 
     Draw k of a seed is the same spring in every study. A refused run, for instance one whose motion leaves the
-    identified range, is a row with the reason. Of a system every grid point is checked as the file is, and every run
-    draws what `simulate` draws; figures are the upper ends of their ranges.
+    identified range, is a row with the reason. Figures of a system are the upper ends of their ranges.
 
     Parameters
     ----------
     model : Spring, or path of a model file, FMU or SYSTEM.toml
-    mass : float or array_like
-        On the mount of a model, each [kg].
+    mass : float or array_like        On the mount of a model, each [kg].
     vary : mapping
         Of a system: values of each path, such as "body.box.mass"; `*` stands for all entries of a list. Text is
         LOW:HIGH:COUNT or a list with commas, with one unit: "15 kg:25 kg:5", "4,6,8"; percent are of what the file
-        says. Other numbers are in what its `units` state. The value of "mount.NAME.places" is how many of the places
-        have a mount, from the first on.
+        says, other numbers in its `units`. That of "mount.NAME.places" is how many of them have a mount.
     levels, mount, curve : Levels, Mount, Curve
-        Of a model, as for `isolate`; or their fields as keywords. If no level is given, a base displacement of 1 % of
-        the free travel under the smallest mass.
-    stiffness : float or array_like
-        Factors on all forces of the spring of a model.
+        Of a model, as for `isolate`, but by default a base displacement of 1 % of the free travel.
+    stiffness : float or array_like   Factors on all forces of the spring of a model.
     part, run : Part, StudyRun
         Cases and candidates, draws, their seed, and time step of a system; or their fields as keywords.
-    zero : str, float or None
-        Of a model, as for `isolate`.
+    zero : str, float or None         Of a model, as for `isolate`.
     placing : Workers
-        Where the runs are executed, in this process by default; or its fields as keywords. A script that asks for more
-        than one worker must call this below ``if __name__ == "__main__":``.
+        Where runs are executed, by default in this process; or its fields as keywords. A script that asks for more
+        workers must call this below ``if __name__ == "__main__":``.
     output : path or None
-        File with one line for each run. Finished runs are kept beside it until all are done, and the same call
-        continues from there.
-    progress : callable
-        Is called with what is being done, the number of finished runs, and of all.
+        File with one line for each run; the same call continues from finished runs, which are kept beside it.
+    progress : callable               Takes what is being done, the number of finished runs, and of all.
 
     Returns
     -------
@@ -237,20 +219,13 @@ def study(
     Raises
     ------
     ModelError           If the model is not a physically possible spring, or has no uncertainty to draw from.
-    IsolationError       If an argument is out of bounds, there is no static equilibrium from which to choose the level,
-                         or the runs cannot be executed.
+    IsolationError       If an argument is out of bounds, the mass cannot rest, or the runs cannot be executed.
     MountedSystemError   If the SYSTEM.toml is wrong, or a path or a name is unknown.
     OptionError          If an option does not apply to what is given.
 
     Examples
     --------
-    >>> from strandspring import Spring, SpringParameters, study
-    >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
-    >>> result = study(spring, mass=[5.0, 6.0], base_displacement=2e-4, draws=0, points=8)
-    >>> result.to_frame()[["mass", "frequency", "transmissibility"]].round(1)
-       mass  frequency  transmissibility
-    0   5.0        7.7               8.6
-    1   6.0        7.1               8.6
+    >>> from strandspring import study
     >>> from strandspring.examples.system_models import SYSTEMS
     >>> box = SYSTEMS / "electronics_box.toml"
     >>> result = study(box, vary={"body.box.mass": "15 kg:25 kg:3"}, cases="drop", candidates="softer")
@@ -264,73 +239,51 @@ def study(
     where = path or "a model"
     if output is not None and path is not None and Path(output).resolve() == Path(path).resolve():
         raise IsolationError(f"`output` {readable(path)} would overwrite the input; write elsewhere.")
+    planned: Runs[Any]
     if is_system(model):
         of_model = {"mass": mass, "zero": zero, "stiffness": None if stiffness == 1.0 else stiffness, **changed(levels)}
         refuse_given(f"{OF_MODELS}{_INSTEAD}", where, **of_model, **changed(mount), **changed(curve, _CURVE))
         if vary is None:
             raise OptionError("Give values to {to[vary]} of {where}.", where=where)
-        of_system, known = _of_system(where, vary, part, Run(run.draws, run.seed, run.step))
-        return _executed(of_system, placing, output, progress, known, of_system.content["name"])
-    only = {"vary": vary, **changed(part), "step": run.step, "directions": levels.directions, "at": levels.at}
-    refuse_given(OF_SYSTEMS, where, **only, base_rotation=levels.rotation)
-    if mass is None:
-        raise OptionError("Give the {to[mass]} on the spring of {where}.", where=where)
-    content = model_of(model)  # type: ignore[arg-type]  # no SystemFile
-    origin = origin_of(model, zero, content.parameters)
-    spring = counted_from(origin, content.parameters)
-    masses = numbers("mass", mass, "kg")
-    given = levels.chosen
-    if given is None:
-        if not masses:
-            raise IsolationError("`mass` must hold at least one mass [kg].")
-        lightest = IsolatedMass(spring, min(masses), mount)
-        travel = free_travel(lightest, static_equilibrium(lightest))
-        given = Excitation.BASE_DISPLACEMENT, (_DEFAULT_SHARE * travel,)
-    draws, spread = _DRAWS if run.draws is None else run.draws, None
-    if draws:
+        # Slow to import.
+        from ...campaigns.studies.system_planning import planned_study, undrawn
+        from ...vibration.description.named_files import FilesOfFolder
+        from ...vibration.description.system_file import read_description
+
+        described, files = read_description(where), FilesOfFolder(Path(where).parent)
         try:
-            spread = JointCovariance.to_draw_from(spring, content.uncertainty)
-        except ModelError as problem:
-            sentence = "{where}: {problem} Or ask for no draws ({to[draws=0]})."
-            raise ModelError(sentence, where=path or content.name, problem=problem) from None
-    planned = Study(
-        spring=spring,
-        excitation=given[0],
-        masses=masses,
-        levels=given[1],
-        stiffness_factors=numbers("stiffness", stiffness),
-        draws=draws,
-        seed=run.seed or 0,
-        spread=spread,
-        mount=mount,
-        curve=curve,
-    )
-    known = tuple(cautions_in_use(content.name, content))
-    return _executed(planned, placing, output, progress, known, content.name, origin)
-
-
-def _of_system(path: str, vary: Mapping[str, Given], part: Part, run: Run) -> tuple[SystemStudy, tuple[Finding, ...]]:
-    """The study of a SYSTEM.toml, and what limits its worth."""
-    # Slow to import.
-    from ...campaigns.studies.system_planning import planned_study, undrawn
-    from ...vibration.description.named_files import FilesOfFolder
-    from ...vibration.description.system_file import read_description
-
-    content, files = read_description(path), FilesOfFolder(Path(path).parent)
-    try:
-        planned = planned_study(content, files, vary, part, run)
-        return planned, (*(kind.untested for kind in planned.untested), *undrawn(planned))
-    except MountedSystemError as problem:
-        raise MountedSystemError(f"{readable(path)}, {problem}") from None
-
-
-def _executed(
-    planned: Runs[Any], placing: Workers, output: str | os.PathLike[str] | None, progress: Progress, *known: Any
-) -> StudyResult:
-    """Execute a study with its results in a file, a temporary one if none is asked for."""
+            of_system = planned_study(described, files, vary, part, Run(run.draws, run.seed, run.step))
+            known = (*(kind.untested for kind in of_system.untested), *undrawn(of_system))
+        except MountedSystemError as problem:
+            raise MountedSystemError(f"{readable(where)}, {problem}") from None
+        planned, name, origin = of_system, described["name"], None
+    else:
+        only = {"vary": vary, **changed(part), "step": run.step, "directions": levels.directions, "at": levels.at}
+        refuse_given(OF_SYSTEMS, where, **only, base_rotation=levels.rotation)
+        if mass is None:
+            raise OptionError("Give the {to[mass]} on the spring of {where}.", where=where)
+        content = model_of(model)  # type: ignore[arg-type]  # no SystemFile
+        name, known = content.name, tuple(cautions_in_use(content.name, content))
+        origin = origin_of(model, zero, content.parameters)
+        spring, masses, given = counted_from(origin, content.parameters), numbers("mass", mass, "kg"), levels.chosen
+        if given is None:
+            if not masses:
+                raise IsolationError("`mass` must hold at least one mass [kg].")
+            lightest = IsolatedMass(spring, min(masses), mount)
+            travel = free_travel(lightest, static_equilibrium(lightest))
+            given = Excitation.BASE_DISPLACEMENT, (_DEFAULT_SHARE * travel,)
+        draws, spread = _DRAWS if run.draws is None else run.draws, None
+        if draws:
+            try:
+                spread = JointCovariance.to_draw_from(spring, content.uncertainty)
+            except ModelError as problem:
+                sentence = "{where}: {problem} Or ask for no draws ({to[draws=0]})."
+                raise ModelError(sentence, where=path or name, problem=problem) from None
+        factors = numbers("stiffness", stiffness)
+        planned = Study(spring, given[0], masses, given[1], factors, draws, run.seed or 0, spread, mount, curve)
     with TemporaryFolder() as folder:
         results = folder / "results.csv" if output is None else Path(output)
         done = lambda runs: progress("Running", runs, len(planned))  # noqa: E731
         run_study(planned, results, placing.runner, done, placing.notify)
-        kept = (results, None) if output is not None else (None, read_results(planned, results))
-        return StudyResult(planned, summaries(planned, results), *kept, *known)
+        kept, frame = (results, None) if output is not None else (None, read_results(planned, results))
+        return StudyResult(planned, summaries(planned, results), kept, frame, known, name, origin)

@@ -136,7 +136,8 @@ def varied(path: str, given: Given, content: Mapping[str, Any], table: SystemTab
             axis = Varied(path, numbers[1], numbers[0], places)
         _check(axis, content, table)
     except ValueError as problem:
-        raise MountedSystemError(f"{path}: {problem}.") from None
+        said = refusal(problem) if isinstance(problem, ValidationError) else f"{problem}."
+        raise MountedSystemError(f"{path}: {said}") from None
     return axis
 
 
@@ -155,15 +156,14 @@ def _check(axis: Varied, content: Mapping[str, Any], table: SystemTable) -> None
             most = len(value_at(table, location))
             if axis.unit or any(value not in range(1, most + 1) for value in axis.values):
                 raise ValueError(f"must be how many of the {most} places have a mount, from 1 to {most}")
-    first: ValidationError | None = None
+    problems = []
     for index in range(len(axis.values)):
         try:
             SystemTable.model_validate(axis.applied(content, table, index))
             return
         except ValidationError as problem:
-            first = first or problem
-    if first is not None:
-        raise ValueError(refusal(first).rstrip("."))
+            problems.append(problem)
+    raise problems[0]
 
 
 def _numbers(given: Given) -> tuple[tuple[float, ...], str] | None:

@@ -164,6 +164,7 @@ class MountAxis:
     stated_amplitude : float or None   Of the one loop of which a catalogue states stiffness and damping [m]; None where
                                 the spring was identified from records.
     name : str                  What the vendor calls the axis, such as "compression"; empty if nothing is given.
+    stated : (str, str)         Catalogue values and the direction of which they are, for people; empty without any.
 
     Raises
     ------
@@ -181,6 +182,7 @@ class MountAxis:
     rated_load: float = math.inf
     stated_amplitude: float | None = None
     name: str = ""
+    stated: tuple[str, str] = ("", "")
 
     def __post_init__(self) -> None:
         _check_direction(self.direction, "the direction of an axis")

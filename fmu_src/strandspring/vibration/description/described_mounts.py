@@ -64,7 +64,7 @@ def _unrotated(name: str, table: MountTypeTable, models: Models) -> tuple[MountA
 
 
 def _axis(table: AxisTable, type_name: str, models: Models) -> MountAxis:
-    spring, source = _spring(table, type_name, models)
+    spring, source, stated = _spring(table, type_name, models)
     if table.nominal is not None and table.preload is not None:
         raise MountedSystemError("must have either `preload` or `nominal`, got both; leave one out.")
     if table.nominal is not None:
@@ -83,20 +83,22 @@ def _axis(table: AxisTable, type_name: str, models: Models) -> MountAxis:
         math.inf if table.rated_load is None else table.rated_load,
         None if table.catalogue is None else table.catalogue.amplitude,
         table.name or "",
+        stated,
     )
 
 
-def _spring(table: AxisTable, type_name: str, models: Models) -> tuple[SpringParameters, str]:
-    """The spring of an axis, and where it comes from."""
+def _spring(table: AxisTable, type_name: str, models: Models) -> tuple[SpringParameters, str, tuple[str, str]]:
+    """The spring of an axis, where it comes from, and `MountAxis.stated`."""
     if (table.model is None) == (table.catalogue is None):
         raise MountedSystemError(
             "must have either `model`, a model file, or `catalogue`, what a vendor states; give one of them."
         )
     if table.catalogue is None:
-        return models[table.model or ""].parameters, table.model or ""
+        return models[table.model or ""].parameters, table.model or "", ("", "")
     with located("catalogue"):
         spring = catalogue_spring(table.catalogue)
-    return spring, f"catalogue values of {printable(table.catalogue.source) or type_name}, {table.direction.text}"
+    stated = f"catalogue values of {printable(table.catalogue.source) or type_name}", table.direction.text
+    return spring, ", ".join(stated), stated
 
 
 def _stops(table: StopsTable, nominal: float) -> Stops:

@@ -316,7 +316,8 @@ def _meanings_of_name(name: str, refusal: str) -> tuple[tuple[float, Powers], ..
         try:
             meanings.append((unit_factor(name, kind), _OF_RECORDS[kind]))
         except RecordError as problem:  # it could mean two things
-            raise QuantityError(f"{refusal}; {str(problem).rstrip('.')}") from None
+            said = "unit {unit} of the {quantity} could mean {meanings}; write it exactly".format_map(problem.fields)
+            raise QuantityError(f"{refusal}; {said}") from None
     if not meanings:
         raise QuantityError(f"{refusal}, where {quoted(name)} is not a known unit")
     return tuple(meanings)

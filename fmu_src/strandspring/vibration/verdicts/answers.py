@@ -92,14 +92,6 @@ class CaseAnswer:
         return 0.0 if self.nearest_limit is None else self.nearest_limit.share
 
     @property
-    def settled(self) -> list[tuple[str, list[float]]]:
-        """Of each point in a case that settles its name, and rms of acceleration [g] and sway [mm] along x, y, z."""
-        kinds = (FigureKind.RMS_ACCELERATION, FigureKind.RMS_SWAY)
-        values = [[kind.column.factor * figure.value for figure in self.figures_of(kind)] for kind in kinds]
-        names = [point.name for point in self.system.points] if values[0] else []
-        return [(name, [value for of in values for value in of[3 * k : 3 * k + 3]]) for k, name in enumerate(names)]
-
-    @property
     def relative_error(self) -> float:
         """The largest numerical error of acceleration, sway or stroke, relative to the largest figure of its kind."""
         errors = [0.0]

@@ -66,9 +66,8 @@ def _shared(system: MountedSystem) -> Iterator[Finding]:
 
 def catalogue_cautions(system: MountedSystem) -> Iterator[Finding]:
     """What is not known of each spring from a catalogue."""
-    for name, axis in {axis.model: axis for axis in system.axes if axis.stated_amplitude is not None}.items():
-        source, _, direction = name.rpartition(", ")
-        spring = axis.spring
+    for axis in {axis.model: axis for axis in system.axes if axis.stated_amplitude is not None}.values():
+        (source, direction), spring = axis.stated, axis.spring
         small = Elastic(spring).slope(axis.nominal - spring.displacement_offset) + spring.kappa_omega * spring.rho
         numbers = {"amplitude": axis.stated_amplitude, "stiffness": float(small), "friction": spring.kappa_omega}
         yield Finding(Outcome.CATALOGUE, {"source": source, "direction": direction, **numbers})
