@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,11 +14,15 @@ import strandspring
 
 from ..api.fmus.in_place import BuildOptions
 from ..api.options import Fitting
+from ..errors import flag_of
 from ..ground.files import readable, refuse_unwritable
 from ..loops.reading import Reading
 from ..model.names import check_name, identifier
 from . import options as opt
 from . import output as out
+
+if TYPE_CHECKING:
+    from ..records.record import Record
 
 # Of the bundled record: its machine position counts down while the sample is stretched.
 EXAMPLE_NAME = "rubber_hinge"
@@ -33,11 +38,10 @@ class _Build(opt.OptionsCommand):
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as problem:
-            if problem.option_name.removeprefix("--").replace("-", "_") not in dict(opt.options_of_object(Fitting())):
+            if problem.option_name not in {flag_of(name) for name, _ in opt.options_of_object(Fitting())}:
                 raise
-            raise click.UsageError(
-                f"{problem.option_name} is an option of `identify`; {_IDENTIFY_FIRST}.", ctx
-            ) from None
+            advice = f"{problem.option_name} is an option of `identify`; {_IDENTIFY_FIRST}."
+            raise click.UsageError(advice, ctx) from None
 
 
 @opt.command(cls=_Build, sources="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
@@ -65,15 +69,11 @@ def build(
     From an FMU of strandspring the model file that it holds is built again with the same settings, which gives the same
     bytes for the same platforms.
 
-    Records are read and identified as `identify` does by default; with any of its options identify them first, then
-    build the model file.
+    Records are read and identified as `identify` does by default, without an argument the bundled record of a rubber
+    hinge on a tensile rig; with any option of `identify`, identify them first, then build the model file.
 
     The FMU of a SYSTEM.toml holds the bodies on the mounts of one candidate, for co-simulation: acceleration of the
-    base in, motion of points and forces of mounts out. It is native; only --output, --fmi, --platform, --author,
-    --candidate and --json apply.
-
-    Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig, and built with both
-    back ends.
+    base in, motion of points and forces of mounts out. It is native.
 
     \b
     Examples:
@@ -86,50 +86,47 @@ def build(
       strandspring build loop.csv --name mount_a -o dist
       strandspring build box.toml --candidate softer
     """
+    from ..api.common.given import bundled_record
     from ..api.common.model_source import built_with, describes_system, origin_of
     from ..api.fmus.build import Built, build_all, stated_of
     from ..model.modelfile import is_model_path, load_model, saved_model
     from ..model.stated_cautions import stated_cautions
+    from .records import identified
 
-    folder, of_records = Path(output), {"name": name, "description": description or None}
-    if len(sources) == 1 and describes_system(sources[0]):
+    folder, source = Path(output), sources[0] if len(sources) == 1 else None
+    of_records = {"name": name, "description": description or None}
+    if source is not None and describes_system(source):
         others = {**building.of_springs, **of_records, "zero": zero, "record": record}
-        opt.refuse_reading(reading, "a model or records", f"{sources[0]} describes a system", **others)
-        _build_system(sources[0], folder, candidate, building)
+        opt.refuse_reading(reading, "a model or records", f"{source} describes a system", **others)
+        _build_system(source, folder, candidate, building)
         return
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
-    settings = building.with_those_of(built_with(sources[0])) if len(sources) == 1 else building
+    settings = building.with_those_of(built_with(source))
     kinds = settings.kinds(bool(sources))
     refuse_unwritable(folder, is_folder=True)
     identification = None
-    if len(sources) == 1 and is_model_path(sources[0]):
-        opt.refuse_reading(Reading() if record else reading, "records", f"{sources[0]} is a model file", **of_records)
-        model, model_path = load_model(sources[0]), Path(sources[0])
-        records = tuple(opt.read_records(record, reading))
+    if source is not None and is_model_path(source):
+        opt.refuse_reading(Reading() if record else reading, "records", f"{source} is a model file", **of_records)
+        model, model_path = load_model(source), Path(source)
+        records: Sequence[Record] = opt.read_records(record, reading)
         out.remark_on(stated_cautions(model))
         for kind in kinds:
             out.refuse_overwriting(sources, {"--output": settings.target(folder, model.name, kind)})
     else:
-        from ..api.common.given import bundled_record
-        from .records import identified
-
-        if record:
-            raise click.UsageError("--record is for a model file; records are identified and followed without it.")
+        opt.refuse_reading(Reading(), "a model file", "records are followed without it", record=record)
         opt.refuse_reading(reading, "--record", f"records are read as `identify` does by default; {_IDENTIFY_FIRST}")
         if not sources:
             sources, name, reading = (str(bundled_record(Path(models))),), name or EXAMPLE_NAME, EXAMPLE_READING
         chosen = name or identifier(Path(sources[0]).stem)
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
-        for kind in kinds:
-            written = {"--models": model_path, "--output": settings.target(folder, chosen, kind)}
-            out.refuse_overwriting(opt.record_files(sources), written)
+        out.refuse_overwriting(opt.record_files(sources), {"--models": model_path})
         identification = identified(sources, reading, Fitting())
         out.remark(identification.sentences)
         model = saved_model(model_path, identification.model_file(chosen, description))
         records = identification.records
-    origin = origin_of(sources[0], zero, model.parameters)
+    origin = origin_of(source, zero, model.parameters)
     with out.reporting() as progress:
         built = build_all(model, folder, kinds, settings, origin, stated_of(model, records), progress)
     out.present(Built(model, model_path, origin, settings, built, identification))
@@ -150,10 +147,10 @@ def _build_system(source: str, folder: Path, candidate: str | None, settings: Bu
 def verify(fmus: tuple[str, ...]) -> None:
     """Verify FMUs on this computer.
 
-    Compares every file with the hash that was written when the FMU was built, the model description with FMI's rules,
-    and co-simulation and model exchange with the reference result that the FMU carries. An FMU with a changed file is
-    not run, except for binaries that were added to or compiled anew from the sources of the same FMU: they are named
-    and run. The hashes show damage, not who built it: run FMUs of people you trust only.
+    Compares every file with its hash of when the FMU was built, the model description with FMI's rules, and
+    co-simulation and model exchange with the reference result that the FMU carries. An FMU with a changed file is not
+    run; binaries that were added or compiled anew are named and run. The hashes show damage, not who built it: run FMUs
+    of people you trust only.
 
     \b
     Examples:
@@ -194,7 +191,6 @@ def export(model: str, ssp: bool, mass: float | None, output: str, **options: An
 
     \b
     Examples:
-      strandspring export spring.json --ssv
       strandspring export spring.json --ssv -o system/resources/mount.ssv
       strandspring export spring.json --ssv --modelica -o dist
       strandspring export spring.json --ssp --mass 5

@@ -11,7 +11,6 @@ from io import TextIOWrapper
 from typing import NoReturn
 
 import click
-from click import shell_completion as shells
 from click.shell_completion import CompletionItem
 
 from .._version import __version__
@@ -79,18 +78,10 @@ def strandspring() -> None:
     \b
     Examples:
       strandspring identify record.csv -o spring.json --report spring.html
-      strandspring identify-many records/ -o models
-      strandspring plan spring.json --velocity 50 -o program.csv
-      strandspring predict spring.json other.csv -o predicted.csv
       strandspring info spring.json other.csv
-      strandspring compare new.json worn.json --plot difference.png
       strandspring build spring.json -o dist
-      strandspring verify dist/spring.fmu
-      strandspring export spring.json --ssv --modelica
       strandspring isolate spring.json --mass 5 --plot curves.png
-      strandspring study spring.json --mass 4:8:5 --force 10 -o study.csv
       strandspring simulate box.toml --report box.html
-      strandspring synthesize spring spring.json --amplitude 20 -o synthetic.csv
 
     Exit status: 0 done; 1 the data or the model is refused, with one sentence that says why; 2 wrong usage or a
     wrong value of an option; 130 interrupted (Ctrl-C); 143 terminated; 129 terminal closed. With --json a refusal is
@@ -116,8 +107,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # Names of files need not be text, nor does every terminal know every character.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    if "_STRANDSPRING_COMPLETE" in os.environ:
-        _offer_files()
     # No plugins of pydantic are used, and to look for some it reads the metadata of all packages.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
@@ -164,15 +153,3 @@ def _leave(
         except OSError:
             drop_failing_output()
     sys.exit(status)
-
-
-def _offer_files() -> None:
-    """Make the completion of all shells offer files where nothing else fits, as of programs that they do not know."""
-
-    def completions(shell: shells.ShellComplete, args: list[str], incomplete: str) -> list[CompletionItem]:
-        return shells.ShellComplete.get_completions(shell, args, incomplete) or [
-            CompletionItem(incomplete, type="file")
-        ]
-
-    for shell in (shells.BashComplete, shells.ZshComplete, shells.FishComplete):
-        shells.add_completion_class(type(shell.__name__, (shell,), {"get_completions": completions}))

@@ -121,7 +121,7 @@ def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> 
     from ..identification.method import heard_by
 
     group = opt.read_records(records, reading)
-    with out.working("Identifying") as show, heard_by(lambda stage: show(stage.words)):
+    with out.reporting(is_counted=False) as show, heard_by(lambda stage: show(f"Identifying: {stage.words}")):
         return strandspring.identify(group, fitting=fitting)
 
 

@@ -10,7 +10,7 @@ import click
 
 import strandspring
 
-from ..api.options import Comparing, Sampling
+from ..api.options import Comparing, Fitting, Sampling
 from ..campaigns.planning.limits import Limits
 from ..ground.options import Option
 from ..loops.reading import Reading
@@ -42,9 +42,8 @@ def info(model: str, records: tuple[str, ...], save: str | None, reading: Readin
     """Show a model's parameters and loop figures, beside those of records.
 
     For each amplitude: secant stiffness between the turning points, energy absorbed per cycle W, loss factor
-    W/(2 pi Ws) with Ws = secant stiffness * amplitude^2 / 2, equivalent viscous damping ratio (half of that), mean
-    force and peak forces. Several records also show whether the force depends on the frequency and whether the
-    loading paths of different amplitudes overlap.
+    W/(2 pi Ws) with Ws = secant stiffness * amplitude^2 / 2, and with --verbose the damping ratio (half of that) and
+    forces. Several records also show whether the force depends on frequency, and whether loading paths overlap.
 
     Of the FMU of a system it shows the candidate and its variables, where the bodies rest, and the natural modes.
 
@@ -52,7 +51,6 @@ def info(model: str, records: tuple[str, ...], save: str | None, reading: Readin
     Examples:
       strandspring info spring.json
       strandspring info dist/spring.fmu --save spring.json
-      strandspring info spring.json --amplitude 13 --amplitude 46
       strandspring info spring.json a13.csv a46.csv --json
     """
     from ..api.common.model_source import describes_system
@@ -61,7 +59,7 @@ def info(model: str, records: tuple[str, ...], save: str | None, reading: Readin
     if is_fmu(model) and describes_system(model):
         opt.refuse_reading(reading, "a model", f"{model} is the FMU of a whole system", save=save, **options)
         system: Any = strandspring.info(model, *records)
-        present(system, {"system": model}, without=("saved",))
+        present(system, {"system": model})
         return
     if save is not None:
         save_model(save, load_model(model))
@@ -74,13 +72,13 @@ def info(model: str, records: tuple[str, ...], save: str | None, reading: Readin
 @opt.command(model="MODEL.json", records="RECORD...")
 @opt.takes_options(reading=Reading)
 @opt.written("OUT.csv", "Write displacement, measured and predicted force here.", "Prediction", method="save_csv")
-def predict(model: str, records: tuple[str, ...], output: str | None, reading: Reading) -> None:
+def predict(model: str, records: tuple[str, ...], reading: Reading) -> None:
     """Predict the force of records with a model and report the errors.
 
     The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
-    omega_start, and reported. The path is the displacement as recorded, which OUT.csv holds; a caution says by how much
-    reversals below its noise change the error, where that counts. OUT.csv holds the ends of the 95 % prediction
-    interval too, if the model file has one.
+    omega_start, and reported. The path is the displacement as recorded; a caution says by how much reversals below its
+    noise change the error, where that counts. OUT.csv holds the ends of the 95 % prediction interval too, if the model
+    file has one, as after the refined method.
 
     \b
     Examples:
@@ -90,11 +88,6 @@ def predict(model: str, records: tuple[str, ...], output: str | None, reading: R
     group = opt.read_records(records, reading, [model])
     with working("Predicting"):
         prediction = strandspring.predict(model, group)
-    if output is not None and prediction.interval is None:
-        note(
-            f"{model} holds no prediction interval, so {output} has no columns lower and upper; identify the spring "
-            "again with the refined method to have them."
-        )
     present(prediction, {"model": model})
 
 
@@ -113,7 +106,6 @@ def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, read
     Examples:
       strandspring compare new.json worn.json
       strandspring compare lot1.json lot2.json loop.csv --mass 5 --plot lots.png
-      strandspring compare new.json worn.json --align middle --json
     """
     group = opt.read_records(records, reading, [a, b])
     with working("Comparing"):
@@ -141,27 +133,19 @@ def plan(sources: tuple[str, ...], stiffness: float | None, limits: Limits, read
       strandspring plan spring.json --velocity 50 -o program.csv
       strandspring plan loop.csv --velocity 50 --duration 120 -o program.csv
       strandspring plan --stiffness 20 --stroke -20:20 -o program.csv
-      strandspring plan spring.json --force-limit 800 --plot plan.png
     """
     from ..model.modelfile import is_model_path, load_model
+    from .records import identified
 
     if not sources or (len(sources) == 1 and is_model_path(sources[0])):
-        opt.refuse_reading(reading, "records", "there are none")
+        opt.read_records((), reading)
         source: Any = load_model(sources[0]) if sources else None
     else:
-        group = opt.read_records(sources, reading)
-        with working("Identifying"):
-            source = strandspring.identify(group)
+        source = identified(sources, reading, Fitting())
         remark(source.sentences)
     with working("Planning"):
         test = strandspring.plan(source, stiffness=stiffness, limits=limits)
     present(test)
-
-
-_RECORD: opt.Decorator = opt.together(
-    opt.takes_options(sampling=Sampling),
-    opt.written("RECORD.csv", "Record to write.", "Record", is_required=True),
-)
 
 
 @click.group()
@@ -171,14 +155,14 @@ def synthesize() -> None:
 
 @opt.command(synthesize, flags=(), model="MODEL.json")
 @opt.amplitudes_option("Amplitude of the sine", "the identified range")
-@_RECORD
+@opt.takes_options(sampling=Sampling)
+@opt.written("RECORD.csv", "Record to write.", "Record", is_required=True)
 def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampling: Sampling) -> None:
     """Compute the record of a model's spring under sinusoidal displacement.
 
     \b
-    Examples:
-      strandspring synthesize spring spring.json -o loop.csv
-      strandspring synthesize spring spring.json --noise 0.03 -o campaign.csv
+    Example:
+      strandspring synthesize spring spring.json --noise 0.03 -o loop.csv
     """
     from ..model.modelfile import load_model
 
@@ -189,7 +173,8 @@ def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampli
 
 @opt.command(synthesize, flags=())
 @opt.option_of("amplitude", _NI_AMPLITUDE, group="Loop")
-@_RECORD
+@opt.takes_options(sampling=Sampling)
+@opt.written("RECORD.csv", "Record to write.", "Record", is_required=True)
 @opt.written("FILE.csv", "Also write the record without noise.", "Without noise", "clean", flags="--clean")
 def ni(output: str, clean: str | None, amplitude: float | None, sampling: Sampling) -> None:
     """Compute the paper's simulated experiment: Ni's model in its steady state under x = X sin(t).
@@ -199,7 +184,6 @@ def ni(output: str, clean: str | None, amplitude: float | None, sampling: Sampli
     \b
     Examples:
       strandspring synthesize ni -o table1.csv --clean true.csv
-      strandspring synthesize ni --amplitude 5.45 --exponent 1 -o drowned.csv
     """
     record = strandspring.synthesize("ni", amplitude, sampling=sampling)
     _write(output, record, sampling, 0.03)
