@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,10 +63,8 @@ def build(
     sources: tuple[str, ...], output: str, record: tuple[str, ...], candidate: str | None, zero: str | float | None,
     name: str | None, description: str, models: str, building: BuildOptions, reading: Reading,
 ) -> None:  # fmt: skip
-    """Build, validate and run the FMU of a model file, of records that are identified first, or of a system.
-
-    From an FMU of strandspring the model file that it holds is built again with the same settings, which gives the same
-    bytes for the same platforms.
+    """From an FMU of strandspring its model file is built again with the same settings, which gives the same bytes for
+    the same platforms.
 
     Records are read and identified as `identify` does by default, without an argument the bundled record of a rubber
     hinge on a tensile rig; with any option of `identify`, identify them first, then build the model file.
@@ -79,9 +76,6 @@ def build(
     Examples:
       strandspring build spring.json
       strandspring build spring.json --platform linux64,win64
-      strandspring build spring.json --zero 35
-      strandspring build spring.json --states
-      strandspring build spring.json --fmi 3
       strandspring build spring.json --record loop.csv
       strandspring build loop.csv --name mount_a -o dist
       strandspring build box.toml --candidate softer
@@ -94,17 +88,23 @@ def build(
     from .records import identified
 
     folder, source = Path(output), sources[0] if len(sources) == 1 else None
+    refuse_unwritable(folder, is_folder=True)
     of_records = {"name": name, "description": description or None}
     if source is not None and describes_system(source):
         others = {**building.of_springs, **of_records, "zero": zero, "record": record}
         opt.refuse_reading(reading, "a model or records", f"{source} describes a system", **others)
-        _build_system(source, folder, candidate, building)
+        from ..api.fmus.system_fmu import BuiltSystem, SystemToBuild  # slow to import
+
+        wanted = SystemToBuild.load(source, candidate, building.author, building.fmi)
+        out.refuse_overwriting([source], {"--output": wanted.target(folder)})
+        with out.reporting() as progress:
+            of_system = BuiltSystem(wanted, wanted.build(folder, building.chosen_platforms, progress))
+        out.present(of_system, {"system": source})
         return
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
     settings = building.with_those_of(built_with(source))
     kinds = settings.kinds(bool(sources))
-    refuse_unwritable(folder, is_folder=True)
     identification = None
     if source is not None and is_model_path(source):
         opt.refuse_reading(Reading() if record else reading, "records", f"{source} is a model file", **of_records)
@@ -132,22 +132,9 @@ def build(
     out.present(Built(model, model_path, origin, settings, built, identification))
 
 
-def _build_system(source: str, folder: Path, candidate: str | None, settings: BuildOptions) -> None:
-    from ..api.fmus.system_fmu import BuiltSystem, SystemToBuild
-
-    refuse_unwritable(folder, is_folder=True)
-    building = SystemToBuild.load(source, candidate, settings.author, settings.fmi)
-    out.refuse_overwriting([source], {"--output": building.target(folder)})
-    with out.reporting() as progress:
-        built = building.build(folder, settings.chosen_platforms, progress)
-    out.present(BuiltSystem(building, built), {"system": source})
-
-
 @opt.command(fmus="X.fmu...", flags=["json"])
 def verify(fmus: tuple[str, ...]) -> None:
-    """Verify FMUs on this computer.
-
-    Compares every file with its hash of when the FMU was built, the model description with FMI's rules, and
+    """Compares every file with its hash of when the FMU was built, the model description with FMI's rules, and
     co-simulation and model exchange with the reference result that the FMU carries. An FMU with a changed file is not
     run; binaries that were added or compiled anew are named and run. The hashes show damage, not who built it: run FMUs
     of people you trust only.
@@ -157,22 +144,20 @@ def verify(fmus: tuple[str, ...]) -> None:
       strandspring verify dist/spring.fmu
       strandspring verify dist/*.fmu --json
     """
-    from ..api.common.text import counted
-
     verifications = []
     for fmu in fmus:
         with out.working(f"Verifying {fmu}"):
             verifications.append(strandspring.verify(fmu))
-    problems = [(verification.path, check) for verification in verifications for check in verification.problems]
-    fmu, first = problems[0] if problems else ("", None)
     if out.is_asked("json"):
         out.result_json({"fmus": [verification.as_json() for verification in verifications]})
     else:
-        for one in verifications:  # the first problem is the refusal, and is said once
-            out.present(replace(one, checks=tuple(check for check in one.checks if check is not first)))
-    if first is not None:
-        more = f" It has {counted(len(problems) - 1, 'more problem')}." if len(problems) > 1 else ""
-        click.echo(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"), err=True)
+        for verification in verifications:
+            out.present(verification)
+    damaged = [verification for verification in verifications if not verification.ok]
+    for verification in damaged:
+        sentence = f"{verification.path} must not be used: {verification.problems[0].text}"
+        click.echo(readable(f"strandspring: {sentence}"), err=True)
+    if damaged:
         sys.exit(1)
 
 
@@ -187,9 +172,7 @@ def verify(fmus: tuple[str, ...]) -> None:
            "keep other springs.")  # fmt: skip
 @opt.zero_option
 def export(model: str, ssp: bool, mass: float | None, output: str, **options: Any) -> None:
-    """Export a model as SSP parameter values, in an SSP system, into a Modelica library, or as C sources.
-
-    \b
+    """\b
     Examples:
       strandspring export spring.json --ssv -o system/resources/mount.ssv
       strandspring export spring.json --ssv --modelica -o dist

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from difflib import get_close_matches
 from importlib import import_module
 from io import TextIOWrapper
 from typing import NoReturn
@@ -20,22 +19,23 @@ from ..ground.endings import handled_endings, interrupt, status_and_sentence
 from ..ground.files import readable, reason_of
 from .output import drop_failing_output, result_json
 
-# Each command is defined in a module of its subject, which is imported only to run it or to show its help.
+# Each command is defined in a module of its subject, which is imported only to run it or to show its help; this begins
+# with what is said here.
 COMMANDS = {
-    "show": ("records", "Show loops and cycles of records on a page."),
+    "show": ("records", "Show loops, strokes and cycles of records before they are identified."),
     "identify": ("records", "Identify a spring from force-displacement records."),
     "identify-many": ("records", "Identify many springs, each from a file of its own, into one table."),
     "plan": ("springs", "Plan the test that decides what is still open about a spring."),
     "predict": ("springs", "Predict the force of records with a model and report the errors."),
     "info": ("springs", "Show a model's parameters and loop figures, beside those of records."),
-    "compare": ("springs", "Compare two springs, such as before and after fatigue, by the uncertainty of both."),
+    "compare": ("springs", "Compare two springs, such as two lots, or one before and after fatigue."),
     "synthesize": ("springs", "Compute records: a spring's response, or the paper's experiment."),
     "build": ("fmus", "Build, validate and run the FMU of a model file, of records, or of a system."),
     "verify": ("fmus", "Verify that FMUs are as they were built and answer as they should."),
-    "export": ("fmus", "Export a model's parameters as SSP parameter values, or into a Modelica library."),
-    "isolate": ("systems", "Compute transmissibility and resonance of a mass, or of bodies on mounts."),
+    "export": ("fmus", "Export a model as SSP parameter values, in an SSP system, to Modelica, or as C sources."),
+    "isolate": ("systems", "Compute transmissibility and resonance of a mass on springs, or of bodies on mounts."),
     "simulate": ("systems", "Simulate bodies on mounts under shock and vibration."),
-    "study": ("systems", "Run a parameter study of `isolate` or of `simulate`."),
+    "study": ("systems", "Run a parameter study of `isolate` for a model file, or of `simulate` for a SYSTEM.toml."),
     "docs": ("documentation", "Open the documentation."),
 }
 
@@ -43,23 +43,12 @@ COMMANDS = {
 class LazyGroup(click.Group):
     """A group whose commands are imported one at a time."""
 
-    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
-        return list(COMMANDS)
-
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
         if cmd_name not in COMMANDS:
             return None
         commands = import_module(f".{COMMANDS[cmd_name][0]}", __package__)
         command: click.Command = getattr(commands, cmd_name.replace("-", "_"))
         return command
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        is_unknown = bool(args) and self.get_command(ctx, args[0]) is None
-        if is_unknown and (close := get_close_matches(args[0], COMMANDS, 1)):
-            ctx.fail(f"No such command {args[0]!r}. Did you mean {close[0]!r}?")
-        return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         names = [CompletionItem(name, help=text) for name, (_, text) in COMMANDS.items() if name.startswith(incomplete)]
@@ -70,7 +59,10 @@ class LazyGroup(click.Group):
             formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
 
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(
+    cls=LazyGroup, commands={name: click.Command(name) for name in COMMANDS},  # those to suggest
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)  # fmt: skip
 @click.version_option(__version__, prog_name="strandspring")
 def strandspring() -> None:
     """Identify hysteretic springs from force-displacement records and build FMUs of them.

@@ -5,6 +5,7 @@ Nothing here waits for what records and identification need.
 
 from __future__ import annotations
 
+import inspect
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -20,9 +21,9 @@ from click.shell_completion import CompletionItem
 from ..core.parameters import LARGEST_DISPLACEMENT
 from ..errors import OptionError, Reader, StrandspringError, flag_of
 from ..ground.options import Option, options_of
-from ..ground.plotfile import SUFFIXES
 from ..loops.reading import Reading, entries
 from ..report import check_report_path
+from .main import COMMANDS
 from .output import WrittenFile, asked_files, keep, refuse_overwriting, remark_on, reporting
 
 if TYPE_CHECKING:
@@ -116,9 +117,6 @@ def output_path(endings: Sequence[str], path: str) -> str:
     return path if os.path.exists(path) or not Path(path).name else f"{path}{ending}"  # noqa: PTH110 - of a long name
 
 
-plot_path = partial(output_path, SUFFIXES)
-
-
 def report_path(path: str) -> str:
     """The name of a report; raises StrandspringError if it is no page."""
     check_report_path(path)
@@ -149,6 +147,8 @@ def command(
             except OptionError as refusal:
                 raise click.UsageError(_words(refusal)) from None
 
+        _, summary = COMMANDS.get(function.__name__.replace("_", "-"), ("", ""))
+        run.__doc__ = f"{summary}\n\n{inspect.cleandoc(function.__doc__)}".strip()
         made = group.command(cls=cls)(run)
         for name, metavar in arguments.items():
             count, is_required = -1 if "..." in metavar else 1, metavar[0] != "["
@@ -174,11 +174,8 @@ def written(
     metavar: str, text: str, title: str, key: str = "output", method: str = "", flags: str = "-o --output",
     is_required: bool = False, read: Callable[[str], Any] | None = None,
 ) -> Decorator:  # fmt: skip
-    """A file to write, whose name gets the ending of the metavar; commands get those that no method of results writes.
-
-    See `WrittenFile`.
-    """
-    kind = Written(read or partial(output_path, (f".{metavar.partition('.')[2]}",)))
+    """A file to write, whose name ends as the metavar; a command gets it if no method of results writes it."""
+    kind = Written(read or partial(output_path, [f".{ending}" for ending in metavar.partition(".")[2].split("|")]))
     return given(
         *flags.split(), type=kind, metavar=metavar, required=is_required, help=text, callback=keep,
         expose_value=not method, file=WrittenFile(key, title, method),
@@ -187,7 +184,7 @@ def written(
 
 def plot_option(text: str) -> Decorator:
     """A plot to write."""
-    return written("FILE.png", f"{text} (.png, .svg or .pdf).", "Plot", "plot", "save_plot", "--plot", read=plot_path)
+    return written("FILE.png|svg|pdf", f"{text}.", "Plot", "plot", "save_plot", "--plot")
 
 
 def option_of(name: str, said: Option, default: Any = None, group: str = "", owner: str = "") -> Decorator:
@@ -221,12 +218,7 @@ def _shown(said: Option, default: Any) -> str:
 
 
 def takes_options(**objects: Any) -> Decorator:
-    """Give a command objects of options, made of the options of their fields and of those of their parts.
-
-    Parameters
-    ----------
-    **objects    By argument of the command its class, or an object with the defaults of the command.
-    """
+    """Give a command objects of options, by its arguments their classes or objects with the defaults of the command."""
     defaults = {name: kind() if isinstance(kind, type) else kind for name, kind in objects.items()}
     options = {name: dict(options_of_object(default)) for name, default in defaults.items()}
 

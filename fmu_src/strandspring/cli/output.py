@@ -125,15 +125,7 @@ def remark_on(findings: Iterable[Finding]) -> None:
 def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str | Path | None] | None = None) -> None:
     """Refuse an output that cannot be written, or is an input or another output of the same command, by whatever path.
 
-    Parameters
-    ----------
-    inputs : iterable of paths
-    outputs : mapping or None    Path by option of what is written besides the files of options; None where nothing is.
-
-    Raises
-    ------
-    click.UsageError             With the option and the path.
-    StrandspringError            If an output cannot be written.
+    Outputs are the files of options, and by option what is written besides them; None where nothing is.
     """
     read = {os.path.realpath(path): path for path in inputs}
     written = {option: path for option, (_, path) in asked_files().items()} | dict(outputs or {})
@@ -158,7 +150,7 @@ def present(made: Any, content: Mapping[str, Any] | None = None, most: int | Non
     made : Result            Writes the files of options, but for those that the command writes.
     content : dict or None   What the JSON object has besides, or instead.
     most : int or None       So many cautions are printed at most, without --verbose.
-    **files                  More files, by key the title and the path; None if it was not written.
+    **files                  More files, by key the title and the path.
     """
     written: dict[str, tuple[str, Any]] = {}
     for file, path in asked_files().values():

@@ -39,9 +39,7 @@ _NI_AMPLITUDE = Option(
     "MODEL.json", "Write the model file to this file, as out of an FMU.", "Model file", "saved", flags="--save"
 )
 def info(model: str, records: tuple[str, ...], save: str | None, reading: Reading, **options: Any) -> None:
-    """Show a model's parameters and loop figures, beside those of records.
-
-    For each amplitude: secant stiffness between the turning points, energy absorbed per cycle W, loss factor
+    """For each amplitude: secant stiffness between the turning points, energy absorbed per cycle W, loss factor
     W/(2 pi Ws) with Ws = secant stiffness * amplitude^2 / 2, and with --verbose the damping ratio (half of that) and
     forces. Several records also show whether the force depends on frequency, and whether loading paths overlap.
 
@@ -73,9 +71,7 @@ def info(model: str, records: tuple[str, ...], save: str | None, reading: Readin
 @opt.takes_options(reading=Reading)
 @opt.written("OUT.csv", "Write displacement, measured and predicted force here.", "Prediction", method="save_csv")
 def predict(model: str, records: tuple[str, ...], reading: Reading) -> None:
-    """Predict the force of records with a model and report the errors.
-
-    The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
+    """The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
     omega_start, and reported. The path is the displacement as recorded; a caution says by how much reversals below its
     noise change the error, where that counts. OUT.csv holds the ends of the 95 % prediction interval too, if the model
     file has one, as after the refined method.
@@ -95,12 +91,10 @@ def predict(model: str, records: tuple[str, ...], reading: Reading) -> None:
 @opt.takes_options(comparing=Comparing, reading=Reading)
 @opt.plot_option("Plot loops, stiffness, energy and loss factor")
 def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, reading: Reading) -> None:
-    """Compare two springs, such as two lots, or one before and after fatigue.
-
-    Parameters, stiffness, energy, mean force and loss factor of loops, and transmissibility are compared over the
-    range that both share, and judged by the uncertainty in the model files, all together at the 5 % level (5 of 150
-    pairs of records of one spring were found to differ). The table says of each figure whether it differs; z is the
-    difference over its standard deviation. With records: which of both follows each one better.
+    """Parameters, stiffness, energy, mean force and loss factor of loops, and transmissibility are compared over the
+    range that both share, and judged by the uncertainty in the model files, all together at the 5 % level. The table
+    says of each figure whether it differs; z is the difference over its standard deviation. With records: which of both
+    follows each one better.
 
     \b
     Examples:
@@ -121,9 +115,7 @@ def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, read
 )
 @opt.plot_option("Plot the programme")
 def plan(sources: tuple[str, ...], stiffness: float | None, limits: Limits, reading: Reading) -> None:
-    """Plan the test that decides what is still open about a spring: the programme that a rig should run next.
-
-    From a model file with its uncertainty, from a first record, which is identified on the way, or from a rough
+    """From a model file with its uncertainty, from a first record, which is identified on the way, or from a rough
     stiffness and stroke. Full loops, minor loops, small loops down to 10 % of the amplitude, another rate and dwells
     are chosen one after the other for the most that they decide in their time. Each row says what a block decides
     most: half of the 95 % interval before and after it, in % of the value. Displacements are those of the records.

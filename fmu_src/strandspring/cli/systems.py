@@ -42,11 +42,8 @@ _report_option: opt.Decorator = opt.written(
 @opt.plot_option("Plot the curves of all models")
 @_report_option
 def isolate(models: tuple[str, ...], verify: bool, candidates: tuple[str, ...], **options: Any) -> None:
-    """Compute transmissibility and resonance of a mass on the spring, or on several springs to compare them.
-
-    Of a SYSTEM.toml, which describes rigid bodies on mounts, compute it in all degrees of freedom, with rotations to
-    the second order and the natural modes, for all its candidates. Where a body turns by half a degree or more, curves
-    are compared with time integration of the exact equations, and a caution names differences from 2 % on.
+    """Of a SYSTEM.toml, which describes rigid bodies on mounts, compute it in all degrees of freedom, with rotations to
+    the second order and the natural modes, for all its candidates.
 
     The steady response is found by harmonic balance and followed through folds, where a frequency has several motions;
     between two folds they are unstable (drawn dotted). Transmissibility is that of the first harmonic: absolute motion
@@ -83,18 +80,14 @@ def isolate(models: tuple[str, ...], verify: bool, candidates: tuple[str, ...], 
            help="Write the motion over time of each candidate in each case to a CSV file in this folder; such a file "
            "may have tens of megabytes.")  # fmt: skip
 def simulate(system: str, histories: str | None, part: Part, run: Run, workers: int | None) -> None:
-    """Simulate bodies on mounts under shock and vibration.
-
-    SYSTEM.toml describes rigid bodies on mounts of identified springs, the mounts to choose from (candidates), limits
+    """SYSTEM.toml describes rigid bodies on mounts of identified springs, mounts to choose from (candidates), limits
     and load cases; `python -m strandspring.examples.system_models FOLDER` writes examples. Each case is run with the
     springs as identified, and then as often as --draws says with all that is unknown drawn: where hysteresis leaves
     each axis at rest, springs, scatter of mounts, random vibration. Figures are ranges over these.
 
-    The verdict on a candidate in a case is "pass" (all ranges are within their limits), "fail" (a range is beyond its
-    limit), "not decided" (a limit lies within a range), "outside" (a spring leaves its identified range, so that all
-    figures are extrapolated), "refused" (it cannot be simulated, or most draws cannot) or "no limits" (none applies).
-    On all cases together it is the worst of these, or "not tested" if no case tests some limit. All of these are
-    results, with exit status 0; the status is 1 if nothing could be simulated, or there is no case.
+    A candidate passes a case if all ranges are within their limits, and fails if one is beyond; it is "not decided" if
+    a limit lies within a range, "outside" if a spring leaves its identified range, and "refused" if most draws cannot
+    be simulated. All of these are results, with exit status 0; it is 1 if nothing could be simulated.
 
     \b
     Examples:
@@ -147,14 +140,10 @@ def _varied(_context: click.Context, _option: click.Parameter, given: tuple[str,
 @opt.written("RESULTS.csv", "Write one line for each run to this file.", "Results", is_required=True, read=str)
 @opt.plot_option("Of a SYSTEM.toml: plot acceleration against stroke, with verdicts")
 def study(model: str, output: str, stiffness: tuple[float, ...] | None, placing: Workers, **options: Any) -> None:
-    """Run a parameter study of `isolate` for a model file, or of `simulate` for a SYSTEM.toml.
-
-    Of a model file, every grid point (mass, level, stiffness factor) is run with every spring drawn from the joint
+    """Of a model file, every grid point (mass, level, stiffness factor) is run with every spring drawn from the joint
     uncertainty of all coefficients in the model file. Of a SYSTEM.toml, --vary gives values of the file: keys with
-    dots between them lead to one, names or numbers choose an entry of a list, and * takes all of them; numbers carry a
-    unit or are in what the file's `units` state, and percent are of what the file says. "mount.NAME.places" is how
-    many of the places have a mount. Every grid point is simulated with every candidate in every load case; figures are
-    the upper ends of their ranges.
+    dots between them lead to one, names or numbers choose an entry of a list, and * takes all of them. Every grid point
+    is simulated with every candidate in every load case; figures are the upper ends of their ranges.
 
     Draw k of a seed is the same spring in every study. A refused run, for instance one whose motion leaves the
     identified range, is a line with the reason. Finished runs are kept in RESULTS.csv.part.sqlite until all are done;
