@@ -13,7 +13,6 @@ from ..identification.options import Method, RefinedOptions, checked_method
 from ..peers.options import NiOptions, PaperOptions, TwoStageOptions
 
 Align: TypeAlias = Literal["record", "middle"]
-MethodName: TypeAlias = Literal["refined", "two-stage", "paper", "ni"]
 METHODS: dict[str, type[Method]] = {
     method.name: method for method in (RefinedOptions, TwoStageOptions, PaperOptions, NiOptions)
 }
@@ -35,11 +34,11 @@ class Fitting:
     group: ClassVar[str] = "Fitting"
     parts: ClassVar[Mapping[str, type[Method]]] = {f"method {name}": METHODS[name] for name in reversed(METHODS)}
 
-    method: MethodName | None = option(
+    method: str | None = option(
         None, "choice", "Method with its defaults. refined: the class that predicts held-out strokes best, with "
         "verdict and errors; two-stage: two stages as the paper's, by least squares over whole strokes, without "
         "iteration; paper: the paper's method as printed; ni: Ni's model and method, for comparison",
-        otherwise="refined", choices=get_args(MethodName),
+        otherwise="refined", choices=tuple(METHODS),
     )  # fmt: skip
     options: Method | None = None
     save_anyway: bool = option(

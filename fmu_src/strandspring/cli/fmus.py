@@ -187,9 +187,6 @@ def export(model: str, ssp: bool, mass: float | None, output: str, **options: An
 
     exports = Exports(model, output, ssp_mass=mass, **options)
     out.refuse_overwriting([model], {f"--{kind}": path for kind, path in exports.files.items()})
-    exports.refuse_unwritable()
     with out.reporting() as progress:
         exports.write(progress)
-    for sentence in exports.notes:
-        out.note(sentence)
     out.present(exports, {"model": model})

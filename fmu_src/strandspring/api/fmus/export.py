@@ -65,13 +65,6 @@ class Exports(Result):
             "c": law_path(target, name) if self.c else None,
         }
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What is good to know."""
-        name = self.model.name
-        is_other = self.modelica and record_name(name) != name
-        return (f"The record is named {record_name(name)}, because {name} is taken in Modelica.",) * is_other
-
     def parts(self, brief: bool) -> Iterator[str]:  # noqa: ARG002 - all of it is short
         """What is written, in words."""
         library, record = Path(self.output) / LIBRARY, f"{LIBRARY}.Records.{record_name(self.model.name)}"
