@@ -55,13 +55,12 @@ class Fitting:
 
     def with_options(self, **given: Any) -> Fitting:
         """This with options of a command, in which those of a method stand beside its name."""
-        method = METHODS[given.pop("method", "refined")]
-        of_method = {name: value for name, value in given.items() if name not in options_of(Fitting)}
-        for name in [name for name in of_method if name not in options_of(method)]:
+        method, ours = METHODS[given.pop("method", "refined")], options_of(Fitting)
+        others = {name: given.pop(name) for name in [*given] if name in ours}
+        for name in [name for name in given if name not in options_of(method)]:
             owner = next(other.name for other in METHODS.values() if name in options_of(other))
             raise OptionError(f"{{to[{name}]}} belongs to {{to[method={owner}]}}.", of=method.name)
-        others = {name: value for name, value in given.items() if name not in of_method}
-        return replace(self, options=method(**of_method), **others)
+        return replace(self, options=method(**given), **others)
 
     @property
     def chosen(self) -> Method:

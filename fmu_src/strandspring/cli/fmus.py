@@ -23,9 +23,6 @@ from . import output as out
 if TYPE_CHECKING:
     from ..records.record import Record
 
-# Of the bundled record: its machine position counts down while the sample is stretched.
-EXAMPLE_NAME = "rubber_hinge"
-EXAMPLE_READING = Reading(reverse="displacement")
 _IDENTIFY_FIRST = "identify the records first, then build MODEL.json"
 
 
@@ -45,9 +42,7 @@ class _Build(opt.OptionsCommand):
 
 @opt.command(cls=_Build, sources="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
 @opt.takes_options(building=BuildOptions)
-@opt.given(
-    "--candidate", metavar="NAME", group="FMU", help="Of a SYSTEM.toml: the candidate; needed if it has several."
-)
+@opt.given("--candidate", metavar="NAME", group="FMU", help="Of a SYSTEM.toml: the candidate, if it has several.")
 @opt.zero_option
 @opt.given("--name", type=opt.Written(check_name),
            help="Name of the model identified from records.  [default: from the first record]")  # fmt: skip
@@ -55,16 +50,14 @@ class _Build(opt.OptionsCommand):
 @opt.given("--models", default="models", show_default=True, metavar="DIR",
            help="Folder for the model file identified from records.")  # fmt: skip
 @opt.given("--record", multiple=True, metavar="RECORD", group="Reading",
-           help="With a model file: one of the records that it was identified from, read by the options of records, "
-           "along which the FMU is checked.")  # fmt: skip
+           help="With a model file: one of its records, along which the FMU is checked.")  # fmt: skip
 @opt.takes_options(reading=Reading)
 @opt.given("-o", "--output", default="dist", show_default=True, metavar="DIR", help="Folder for the FMUs.")
 def build(
     sources: tuple[str, ...], output: str, record: tuple[str, ...], candidate: str | None, zero: str | float | None,
     name: str | None, description: str, models: str, building: BuildOptions, reading: Reading,
 ) -> None:  # fmt: skip
-    """From an FMU of strandspring its model file is built again with the same settings, which gives the same bytes for
-    the same platforms.
+    """From an FMU of strandspring its model file is built again with the same settings.
 
     Records are read and identified as `identify` does by default, without an argument the bundled record of a rubber
     hinge on a tensile rig; with any option of `identify`, identify them first, then build the model file.
@@ -117,7 +110,9 @@ def build(
         opt.refuse_reading(Reading(), "a model file", "records are followed without it", record=record)
         opt.refuse_reading(reading, "--record", f"records are read as `identify` does by default; {_IDENTIFY_FIRST}")
         if not sources:
-            sources, name, reading = (str(bundled_record(Path(models))),), name or EXAMPLE_NAME, EXAMPLE_READING
+            # Its machine position counts down while the sample is stretched.
+            sources, reading = (str(bundled_record(Path(models))),), Reading(reverse="displacement")
+            name = name or "rubber_hinge"
         chosen = name or identifier(Path(sources[0]).stem)
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
@@ -134,10 +129,9 @@ def build(
 
 @opt.command(fmus="X.fmu...", flags=["json"])
 def verify(fmus: tuple[str, ...]) -> None:
-    """Compares every file with its hash of when the FMU was built, the model description with FMI's rules, and
-    co-simulation and model exchange with the reference result that the FMU carries. An FMU with a changed file is not
-    run; binaries that were added or compiled anew are named and run. The hashes show damage, not who built it: run FMUs
-    of people you trust only.
+    """Compares every file with its hash, the model description with FMI's rules, and co-simulation and model exchange
+    with the reference result in the FMU. An FMU with a changed file is not run; binaries that were added or compiled
+    anew are named and run. The hashes show damage, not who built it: run FMUs of people you trust only.
 
     \b
     Examples:

@@ -19,8 +19,7 @@ from ..ground.endings import handled_endings, interrupt, status_and_sentence
 from ..ground.files import readable, reason_of
 from .output import drop_failing_output, result_json
 
-# Each command is defined in a module of its subject, which is imported only to run it or to show its help; this begins
-# with what is said here.
+# Each command is defined in a module, which is imported only to run it or to show its help; that begins with this.
 COMMANDS = {
     "show": ("records", "Show loops, strokes and cycles of records before they are identified."),
     "identify": ("records", "Identify a spring from force-displacement records."),

@@ -24,7 +24,7 @@ from ..ground.options import Option, options_of
 from ..loops.reading import Reading, entries
 from ..report import check_report_path
 from .main import COMMANDS
-from .output import WrittenFile, asked_files, keep, refuse_overwriting, remark_on, reporting
+from .output import asked_files, keep, refuse_overwriting, remark_on, reporting
 
 if TYPE_CHECKING:
     from ..records.record import Record
@@ -43,9 +43,8 @@ class GroupedOption(click.Option):
     """An option of a group in the help, perhaps a rare one, or one of a file to write."""
 
     def __init__(
-        self, *arguments: Any, group: str = _OUTPUT, is_rare: bool = False, file: WrittenFile | None = None,
-        **more: Any,
-    ) -> None:  # fmt: skip
+        self, *arguments: Any, group: str = _OUTPUT, is_rare: bool = False, file: tuple[str, ...] = (), **more: Any
+    ) -> None:
         super().__init__(*arguments, **more)
         self.group, self.is_rare, self.file = group, is_rare, file
 
@@ -174,11 +173,14 @@ def written(
     metavar: str, text: str, title: str, key: str = "output", method: str = "", flags: str = "-o --output",
     is_required: bool = False, read: Callable[[str], Any] | None = None,
 ) -> Decorator:  # fmt: skip
-    """A file to write, whose name ends as the metavar; a command gets it if no method of results writes it."""
+    """A file to write, whose name ends as the metavar, with its title in words and its key in the JSON object.
+
+    A method of the result writes it, or the command, which gets it then.
+    """
     kind = Written(read or partial(output_path, [f".{ending}" for ending in metavar.partition(".")[2].split("|")]))
     return given(
         *flags.split(), type=kind, metavar=metavar, required=is_required, help=text, callback=keep,
-        expose_value=not method, file=WrittenFile(key, title, method),
+        expose_value=not method, file=(key, title, method),
     )  # fmt: skip
 
 
@@ -218,7 +220,7 @@ def _shown(said: Option, default: Any) -> str:
 
 
 def takes_options(**objects: Any) -> Decorator:
-    """Give a command objects of options, by its arguments their classes or objects with the defaults of the command."""
+    """Give a command objects of options; by argument their classes, or objects with its defaults."""
     defaults = {name: kind() if isinstance(kind, type) else kind for name, kind in objects.items()}
     options = {name: dict(options_of_object(default)) for name, default in defaults.items()}
 
@@ -282,7 +284,7 @@ def _zero(text: str) -> str | float:
 zero_option: Decorator = given(
     "--zero", metavar="rig|middle|MM", type=Written(_zero), group="Model",
     help="Where displacement is counted from: the rig's zero, the middle of the identified range, or a displacement of "
-    "the record [mm].  [default: as in X.fmu if that is given; else rig if it lies within the range, else middle]",
+    "the record [mm].  [default: as in X.fmu, else rig if it is within the range, else middle]",
 )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from textwrap import wrap
-from typing import Any, NamedTuple, TextIO
+from typing import Any, TextIO
 
 import click
 
@@ -22,14 +22,6 @@ from ..findings import CAUTIONS, NOTES, Finding, Severity, gathered, of_severity
 from ..ground.files import refuse_unwritable
 
 WIDTH = 80  # columns, where no terminal says how many it has
-
-
-class WrittenFile(NamedTuple):
-    """A file that a command writes if its option is given."""
-
-    key: str  # in the JSON object
-    title: str  # in words
-    method: str  # of the result, which writes it; empty if the command does so
 
 
 def keep(context: click.Context, option: click.Parameter, value: Any) -> Any:
@@ -44,8 +36,8 @@ def is_asked(name: str) -> bool:
     return context is not None and bool(context.meta.get(f"--{name}"))
 
 
-def asked_files() -> dict[str, tuple[WrittenFile, str | None]]:
-    """The files that the command that runs can write, and their paths, by their options."""
+def asked_files() -> dict[str, tuple[tuple[str, str, str], str | None]]:
+    """What `opt.written` says of the files that the command that runs can write, and their paths, by their options."""
     context = click.get_current_context()
     options = [option for option in context.command.params if getattr(option, "file", None)]
     return {option.opts[-1]: (vars(option)["file"], context.meta[option.opts[-1]]) for option in options}
@@ -142,8 +134,7 @@ def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str |
 
 
 def present(made: Any, content: Mapping[str, Any] | None = None, most: int | None = None, **files: Any) -> None:
-    """A result with its files: on standard output one JSON object, or words with the files that were written, and then
-    what is found on standard error.
+    """A result on standard output, in JSON or words, with the files that were written; findings on standard error.
 
     Parameters
     ----------
@@ -153,11 +144,11 @@ def present(made: Any, content: Mapping[str, Any] | None = None, most: int | Non
     **files                  More files, by key the title and the path.
     """
     written: dict[str, tuple[str, Any]] = {}
-    for file, path in asked_files().values():
-        written[file.key] = file.title, path
-        if file.method and path is not None:
+    for (key, title, method), path in asked_files().values():
+        written[key] = title, path
+        if method and path is not None:
             with working(f"Writing {path}"):
-                getattr(made, file.method)(path)
+                getattr(made, method)(path)
     written |= files
     if is_asked("json"):
         result_json({**made.as_json(), **(content or {}), **{key: path for key, (_, path) in written.items()}})

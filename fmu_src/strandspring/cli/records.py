@@ -126,9 +126,8 @@ def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> 
 @opt.given("-o", "--output", required=True, metavar="FOLDER", help="Write models and tables into this folder.")
 def identify_many(sources: tuple[str, ...], output: str, placing: Workers, **options: Any) -> None:
     """Of a folder, the files in it that are named like records (.csv, .txt, .xlsx, ...) are taken, not those in folders
-    within it. FOLDER gets NAME.json for each spring, and springs.csv and springs.parquet with one row for each file:
-    parameters, errors, engineering figures, cautions, whether it is an outlier of the batch, or why it is not
-    identified. The same command again, also after an interrupt, identifies only files that are new or have changed.
+    within it. FOLDER gets NAME.json for each spring, and springs.csv and springs.parquet with one row for each file.
+    The same command again, also after an interrupt, identifies only files that are new or have changed.
 
     Exit status: 0 if all are identified, 1 if some are not.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -15,10 +15,7 @@ from ..campaigns.planning.limits import Limits
 from ..ground.options import Option
 from ..loops.reading import Reading
 from . import options as opt
-from .output import note, present, remark, remark_on, working
-
-if TYPE_CHECKING:
-    from ..records.record import Record
+from .output import present, remark, remark_on, working
 
 _STIFFNESS = Option(
     "number", "Instead of a model or a record: the rough stiffness, with --stroke", "N/m", "N/mm", 1e3, least=0.0,
@@ -30,14 +27,10 @@ _NI_AMPLITUDE = Option(
 
 
 @opt.command(model="MODEL.json|X.fmu", records="[RECORD...]")
-@opt.amplitudes_option(
-    "Amplitude of a loop about the offset", "those of the records, or quarters of the identified range"
-)
+@opt.amplitudes_option("Amplitude of a loop about the offset", "those of the records, or quarters of the range")
 @opt.zero_option
 @opt.takes_options(reading=Reading)
-@opt.written(
-    "MODEL.json", "Write the model file to this file, as out of an FMU.", "Model file", "saved", flags="--save"
-)
+@opt.written("MODEL.json", "Write the model file, as out of an FMU.", "Model file", "saved", flags="--save")
 def info(model: str, records: tuple[str, ...], save: str | None, reading: Reading, **options: Any) -> None:
     """For each amplitude: secant stiffness between the turning points, energy absorbed per cycle W, loss factor
     W/(2 pi Ws) with Ws = secant stiffness * amplitude^2 / 2, and with --verbose the damping ratio (half of that) and
@@ -72,9 +65,8 @@ def info(model: str, records: tuple[str, ...], save: str | None, reading: Readin
 @opt.written("OUT.csv", "Write displacement, measured and predicted force here.", "Prediction", method="save_csv")
 def predict(model: str, records: tuple[str, ...], reading: Reading) -> None:
     """The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
-    omega_start, and reported. The path is the displacement as recorded; a caution says by how much reversals below its
-    noise change the error, where that counts. OUT.csv holds the ends of the 95 % prediction interval too, if the model
-    file has one, as after the refined method.
+    omega_start, and reported. OUT.csv holds the ends of the 95 % prediction interval, too, if the model file has one,
+    as after the refined method.
 
     \b
     Examples:
@@ -91,10 +83,9 @@ def predict(model: str, records: tuple[str, ...], reading: Reading) -> None:
 @opt.takes_options(comparing=Comparing, reading=Reading)
 @opt.plot_option("Plot loops, stiffness, energy and loss factor")
 def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, reading: Reading) -> None:
-    """Parameters, stiffness, energy, mean force and loss factor of loops, and transmissibility are compared over the
-    range that both share, and judged by the uncertainty in the model files, all together at the 5 % level. The table
-    says of each figure whether it differs; z is the difference over its standard deviation. With records: which of both
-    follows each one better.
+    """Parameters, figures of loops and transmissibility are compared over the range that both share, and judged by the
+    uncertainty in the model files, all together at the 5 % level; z is the difference over its standard deviation. With
+    records: which of both follows each one better.
 
     \b
     Examples:
@@ -110,15 +101,12 @@ def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, read
 @opt.command(sources="[MODEL.json | X.fmu | RECORD...]")
 @opt.option_of("stiffness", _STIFFNESS, group="Rig")
 @opt.takes_options(limits=Limits, reading=Reading)
-@opt.written(
-    "PROGRAM.csv", "Write the programme to this file: time [s], displacement [mm].", "Programme", "program", "save_csv"
-)
+@opt.written("PROGRAM.csv", "Write the programme: time [s], displacement [mm].", "Programme", "program", "save_csv")
 @opt.plot_option("Plot the programme")
 def plan(sources: tuple[str, ...], stiffness: float | None, limits: Limits, reading: Reading) -> None:
     """From a model file with its uncertainty, from a first record, which is identified on the way, or from a rough
-    stiffness and stroke. Full loops, minor loops, small loops down to 10 % of the amplitude, another rate and dwells
-    are chosen one after the other for the most that they decide in their time. Each row says what a block decides
-    most: half of the 95 % interval before and after it, in % of the value. Displacements are those of the records.
+    stiffness and stroke. Blocks are chosen one after the other for the most that they decide in their time. Each row
+    says what a block decides most: half of the 95 % interval before and after it, in % of the value.
 
     \b
     Examples:
@@ -160,7 +148,8 @@ def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampli
 
     record = strandspring.synthesize(load_model(model), amplitudes, sampling=sampling)
     remark_on(replace(record, path=output).found)
-    _write(output, record, sampling, 0.0)
+    record.save(output, "mm")
+    click.echo(f"Record: {output} ({len(record)} samples)")
 
 
 @opt.command(synthesize, flags=())
@@ -178,15 +167,8 @@ def ni(output: str, clean: str | None, amplitude: float | None, sampling: Sampli
       strandspring synthesize ni -o table1.csv --clean true.csv
     """
     record = strandspring.synthesize("ni", amplitude, sampling=sampling)
-    _write(output, record, sampling, 0.03)
+    record.save(output, "mm")
+    click.echo(f"Record: {output} ({len(record)} samples)")
     if clean is not None:
         strandspring.synthesize("ni", amplitude, sampling=replace(sampling, noise=0.0)).save(Path(clean), "mm")
         click.echo(f"Without noise: {clean}")
-
-
-def _write(output: str, record: Record, sampling: Sampling, usual: float) -> None:
-    noise = usual if sampling.noise is None else sampling.noise
-    if noise > 0.0:
-        note(f"Noise level {noise:g}, seed {sampling.seed}")
-    record.save(output, "mm")
-    click.echo(f"Record: {output} ({len(record)} samples)")

@@ -36,8 +36,7 @@ _report_option: opt.Decorator = opt.written(
            help="Of a SYSTEM.toml: compute only this candidate; repeat for more.")  # fmt: skip
 @opt.takes_options(curve=Curve)
 @opt.given("--verify", is_flag=True,
-           help="Of models: build the FMU, co-simulate it at three frequencies of each level from the computed motion, "
-           "and compare after 20 periods.")  # fmt: skip
+           help="Of models: build the FMU, and compare its motion at three frequencies of each level.")  # fmt: skip
 @opt.written("OUT.csv", "Write all figures to this file.", "Curves", method="save_csv")
 @opt.plot_option("Plot the curves of all models")
 @_report_option
@@ -45,9 +44,8 @@ def isolate(models: tuple[str, ...], verify: bool, candidates: tuple[str, ...], 
     """Of a SYSTEM.toml, which describes rigid bodies on mounts, compute it in all degrees of freedom, with rotations to
     the second order and the natural modes, for all its candidates.
 
-    The steady response is found by harmonic balance and followed through folds, where a frequency has several motions;
-    between two folds they are unstable (drawn dotted). Transmissibility is that of the first harmonic: absolute motion
-    over base motion or, with --force, the force on the base over that force.
+    The steady response is found by harmonic balance and followed through folds; between two folds it is unstable (drawn
+    dotted). Transmissibility is that of the first harmonic: of motion or, with --force, of force on the base.
 
     \b
     Examples:
@@ -77,17 +75,14 @@ def isolate(models: tuple[str, ...], verify: bool, candidates: tuple[str, ...], 
 @_report_option
 @opt.plot_option("Plot acceleration against stroke, with verdicts")
 @opt.given("--histories", metavar="FOLDER",
-           help="Write the motion over time of each candidate in each case to a CSV file in this folder; such a file "
-           "may have tens of megabytes.")  # fmt: skip
+           help="Write the motion over time of each candidate in each case into this folder, as CSV.")  # fmt: skip
 def simulate(system: str, histories: str | None, part: Part, run: Run, workers: int | None) -> None:
-    """SYSTEM.toml describes rigid bodies on mounts of identified springs, mounts to choose from (candidates), limits
-    and load cases; `python -m strandspring.examples.system_models FOLDER` writes examples. Each case is run with the
-    springs as identified, and then as often as --draws says with all that is unknown drawn: where hysteresis leaves
-    each axis at rest, springs, scatter of mounts, random vibration. Figures are ranges over these.
+    """SYSTEM.toml describes rigid bodies on mounts, mounts to choose from (candidates), limits and load cases;
+    `python -m strandspring.examples.system_models FOLDER` writes examples. Each case is run with the springs as
+    identified, and then as often as --draws says with all that is unknown drawn. Figures are ranges over these.
 
     A candidate passes a case if all ranges are within their limits, and fails if one is beyond; it is "not decided" if
-    a limit lies within a range, "outside" if a spring leaves its identified range, and "refused" if most draws cannot
-    be simulated. All of these are results, with exit status 0; it is 1 if nothing could be simulated.
+    a limit lies within a range. These are results, with exit status 0; it is 1 if nothing could be simulated.
 
     \b
     Examples:
@@ -141,13 +136,12 @@ def _varied(_context: click.Context, _option: click.Parameter, given: tuple[str,
 @opt.plot_option("Of a SYSTEM.toml: plot acceleration against stroke, with verdicts")
 def study(model: str, output: str, stiffness: tuple[float, ...] | None, placing: Workers, **options: Any) -> None:
     """Of a model file, every grid point (mass, level, stiffness factor) is run with every spring drawn from the joint
-    uncertainty of all coefficients in the model file. Of a SYSTEM.toml, --vary gives values of the file: keys with
-    dots between them lead to one, names or numbers choose an entry of a list, and * takes all of them. Every grid point
-    is simulated with every candidate in every load case; figures are the upper ends of their ranges.
+    uncertainty of all coefficients in the model file. Of a SYSTEM.toml, every grid point of --vary is simulated with
+    every candidate in every load case; keys with dots between them lead to a value, names or numbers choose an entry of
+    a list, and * takes all.
 
-    Draw k of a seed is the same spring in every study. A refused run, for instance one whose motion leaves the
-    identified range, is a line with the reason. Finished runs are kept in RESULTS.csv.part.sqlite until all are done;
-    the same command continues from there.
+    A refused run, for instance one whose motion leaves the identified range, is a line with the reason. Finished runs
+    are kept in RESULTS.csv.part.sqlite until all are done; the same command continues from there.
 
     \b
     Examples:
