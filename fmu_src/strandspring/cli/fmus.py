@@ -73,12 +73,10 @@ def build(
       strandspring build loop.csv --name mount_a -o dist
       strandspring build box.toml --candidate softer
     """
-    from ..api.common.given import bundled_record
     from ..api.common.model_source import built_with, describes_system, origin_of
     from ..api.fmus.build import Built, build_all, stated_of
     from ..model.modelfile import is_model_path, load_model, saved_model
     from ..model.stated_cautions import stated_cautions
-    from .records import identified
 
     folder, source = Path(output), sources[0] if len(sources) == 1 else None
     refuse_unwritable(folder, is_folder=True)
@@ -107,6 +105,9 @@ def build(
         for kind in kinds:
             out.refuse_overwriting(sources, {"--output": settings.target(folder, model.name, kind)})
     else:
+        from ..api.common.given import bundled_record  # slow to import
+        from .records import identified
+
         opt.refuse_reading(Reading(), "a model file", "records are followed without it", record=record)
         opt.refuse_reading(reading, "--record", f"records are read as `identify` does by default; {_IDENTIFY_FIRST}")
         if not sources:
