@@ -390,6 +390,9 @@ class Outcome(Enum):
     NEXT_TEST = _note("{to[plan()]} plans a test for: {open}")
 
     # Use of a model, and of records without and beside it
+    NO_INTERVAL = _note(
+        "The model holds no 95 % prediction interval", "identify the spring again with the refined method to have it"
+    )
     NO_WHOLE_CYCLE = _caution(
         "The record holds no whole cycle",
         "record at least one, there and back",

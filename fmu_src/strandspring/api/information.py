@@ -378,4 +378,6 @@ def predict(
     solver = PathSolver(content.parameters)
     fits = tuple(predict_record(solver, record) for record in records)
     known = None if interval is None or joint is None else (interval, joint)
+    if known is None:
+        findings.append(Finding(Outcome.NO_INTERVAL, {}, source))
     return Prediction(source, content, records, fits, tuple(findings), known)

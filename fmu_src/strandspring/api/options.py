@@ -13,7 +13,6 @@ from ..identification.options import Method, RefinedOptions, checked_method
 from ..peers.options import NiOptions, PaperOptions, TwoStageOptions
 
 Align: TypeAlias = Literal["record", "middle"]
-MethodName: TypeAlias = Literal["refined", "two-stage", "paper", "ni"]
 METHODS: dict[str, type[Method]] = {
     method.name: method for method in (RefinedOptions, TwoStageOptions, PaperOptions, NiOptions)
 }
@@ -35,11 +34,11 @@ class Fitting:
     group: ClassVar[str] = "Fitting"
     parts: ClassVar[Mapping[str, type[Method]]] = {f"method {name}": METHODS[name] for name in reversed(METHODS)}
 
-    method: MethodName | None = option(
+    method: str | None = option(
         None, "choice", "Method with its defaults. refined: the class that predicts held-out strokes best, with "
         "verdict and errors; two-stage: two stages as the paper's, by least squares over whole strokes, without "
         "iteration; paper: the paper's method as printed; ni: Ni's model and method, for comparison",
-        otherwise="refined", choices=get_args(MethodName),
+        otherwise="refined", choices=tuple(METHODS),
     )  # fmt: skip
     options: Method | None = None
     save_anyway: bool = option(
@@ -56,13 +55,12 @@ class Fitting:
 
     def with_options(self, **given: Any) -> Fitting:
         """This with options of a command, in which those of a method stand beside its name."""
-        method = METHODS[given.pop("method", "refined")]
-        of_method = {name: value for name, value in given.items() if name not in options_of(Fitting)}
-        for name in [name for name in of_method if name not in options_of(method)]:
+        method, ours = METHODS[given.pop("method", "refined")], options_of(Fitting)
+        others = {name: given.pop(name) for name in [*given] if name in ours}
+        for name in [name for name in given if name not in options_of(method)]:
             owner = next(other.name for other in METHODS.values() if name in options_of(other))
             raise OptionError(f"{{to[{name}]}} belongs to {{to[method={owner}]}}.", of=method.name)
-        others = {name: value for name, value in given.items() if name not in of_method}
-        return replace(self, options=method(**of_method), **others)
+        return replace(self, options=method(**given), **others)
 
     @property
     def chosen(self) -> Method:

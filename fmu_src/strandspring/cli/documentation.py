@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 import webbrowser
 from collections.abc import Iterator
 from pathlib import Path
 from textwrap import fill
 
 import click
+
+import strandspring
 
 from ..docs.site import PAGES, Reference, page_text, site, write_site
 from .options import SHOWS_ALL
@@ -40,21 +41,19 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
 
         Console().print(Markdown(page_text(page or "overview")))
         return
-    folder = site(reference()) if output is None else Path(output)
     if output is not None:
-        write_site(folder, reference())
-    click.echo(f"Documentation: {folder / 'index.html'}")
-    if output is None:
-        name = "index" if page in (None, "overview") else page
+        write_site(folder := Path(output), reference())
+    else:
+        folder, name = site(reference()), "index" if page in (None, "overview") else page
         webbrowser.open((folder / f"{name}.html").absolute().as_uri())
+    click.echo(f"Documentation: {folder / 'index.html'}")
 
 
 def reference() -> Reference:
     """The help of all commands with their rarest options, and all public names."""
     context = click.get_current_context().find_root()
     context.meta[SHOWS_ALL] = True
-    package = sys.modules[__name__.partition(".")[0]]
-    public = [name for name in vars(package)["__all__"] if not name.startswith("_")]
+    public = [name for name in vars(strandspring)["__all__"] if not name.startswith("_")]
     return Reference(dict(_helps(context.command, context, [])), public)
 
 

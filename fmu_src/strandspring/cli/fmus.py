@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,15 +13,16 @@ import strandspring
 
 from ..api.fmus.options import BuildOptions
 from ..api.options import Fitting
+from ..errors import flag_of
 from ..ground.files import readable, refuse_unwritable
 from ..loops.reading import Reading
 from ..model.names import check_name, identifier
 from . import options as opt
 from . import output as out
 
-# Of the bundled record: its machine position counts down while the sample is stretched.
-EXAMPLE_NAME = "rubber_hinge"
-EXAMPLE_READING = Reading(reverse="displacement")
+if TYPE_CHECKING:
+    from ..records.record import Record
+
 _IDENTIFY_FIRST = "identify the records first, then build MODEL.json"
 
 
@@ -33,18 +34,15 @@ class _Build(opt.OptionsCommand):
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as problem:
-            if problem.option_name.removeprefix("--").replace("-", "_") not in dict(opt.options_of_object(Fitting())):
+            if problem.option_name not in {flag_of(name) for name, _ in opt.options_of_object(Fitting())}:
                 raise
-            raise click.UsageError(
-                f"{problem.option_name} is an option of `identify`; {_IDENTIFY_FIRST}.", ctx
-            ) from None
+            advice = f"{problem.option_name} is an option of `identify`; {_IDENTIFY_FIRST}."
+            raise click.UsageError(advice, ctx) from None
 
 
 @opt.command(cls=_Build, sources="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
 @opt.takes_options(building=BuildOptions)
-@opt.given(
-    "--candidate", metavar="NAME", group="FMU", help="Of a SYSTEM.toml: the candidate; needed if it has several."
-)
+@opt.given("--candidate", metavar="NAME", group="FMU", help="Of a SYSTEM.toml: the candidate, if it has several.")
 @opt.zero_option
 @opt.given("--name", type=opt.Written(check_name),
            help="Name of the model identified from records.  [default: from the first record]")  # fmt: skip
@@ -52,84 +50,79 @@ class _Build(opt.OptionsCommand):
 @opt.given("--models", default="models", show_default=True, metavar="DIR",
            help="Folder for the model file identified from records.")  # fmt: skip
 @opt.given("--record", multiple=True, metavar="RECORD", group="Reading",
-           help="With a model file: one of the records that it was identified from, read by the options of records, "
-           "along which the FMU is checked.")  # fmt: skip
+           help="With a model file: one of its records, along which the FMU is checked.")  # fmt: skip
 @opt.takes_options(reading=Reading)
 @opt.given("-o", "--output", default="dist", show_default=True, metavar="DIR", help="Folder for the FMUs.")
 def build(
     sources: tuple[str, ...], output: str, record: tuple[str, ...], candidate: str | None, zero: str | float | None,
     name: str | None, description: str, models: str, building: BuildOptions, reading: Reading,
 ) -> None:  # fmt: skip
-    """Build, validate and run the FMU of a model file, of records that are identified first, or of a system.
+    """From an FMU of strandspring its model file is built again with the same settings.
 
-    From an FMU of strandspring the model file that it holds is built again with the same settings, which gives the same
-    bytes for the same platforms.
-
-    Records are read and identified as `identify` does by default; with any of its options identify them first, then
-    build the model file.
+    Records are read and identified as `identify` does by default, without an argument the bundled record of a rubber
+    hinge on a tensile rig; with any option of `identify`, identify them first, then build the model file.
 
     The FMU of a SYSTEM.toml holds the bodies on the mounts of one candidate, for co-simulation: acceleration of the
-    base in, motion of points and forces of mounts out. It is native; only --output, --fmi, --platform, --author,
-    --candidate and --json apply.
-
-    Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig, and built with both
-    back ends.
+    base in, motion of points and forces of mounts out. It is native.
 
     \b
     Examples:
       strandspring build spring.json
       strandspring build spring.json --platform linux64,win64
-      strandspring build spring.json --zero 35
-      strandspring build spring.json --states
-      strandspring build spring.json --fmi 3
       strandspring build spring.json --record loop.csv
       strandspring build loop.csv --name mount_a -o dist
       strandspring build box.toml --candidate softer
     """
     from ..api.common.model_source import built_with, describes_system, origin_of
-    from ..api.fmus.build import build_all
+    from ..api.fmus.build import build_all, build_system
     from ..model.modelfile import is_model_path, load_model, saved_model
     from ..model.stated_cautions import stated_cautions
 
-    folder, of_records = Path(output), {"name": name, "description": description or None}
-    if len(sources) == 1 and describes_system(sources[0]):
+    folder, source = Path(output), sources[0] if len(sources) == 1 else None
+    refuse_unwritable(folder, is_folder=True)
+    of_records = {"name": name, "description": description or None}
+    if source is not None and describes_system(source):
         others = {**building.of_springs, **of_records, "zero": zero, "record": record}
-        opt.refuse_reading(reading, "a model or records", f"{sources[0]} describes a system", **others)
-        _build_system(sources[0], folder, candidate, building)
+        opt.refuse_reading(reading, "a model or records", f"{source} describes a system", **others)
+        from ..api.fmus.system_fmu import SystemToBuild  # slow to import
+
+        wanted = SystemToBuild.load(source, candidate, building.author, building.fmi)
+        out.refuse_overwriting([source], {"--output": wanted.target(folder)})
+        with out.reporting() as progress:
+            of_system = build_system(wanted, folder, building, progress)
+        out.present(of_system, {"system": source})
         return
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
-    settings = building.with_those_of(built_with(sources[0])) if len(sources) == 1 else building
+    settings = building.with_those_of(built_with(source))
     kinds = settings.kinds(bool(sources))
-    refuse_unwritable(folder, is_folder=True)
     identification = None
-    if len(sources) == 1 and is_model_path(sources[0]):
-        opt.refuse_reading(Reading() if record else reading, "records", f"{sources[0]} is a model file", **of_records)
-        model, model_path = load_model(sources[0]), Path(sources[0])
-        records = tuple(opt.read_records(record, reading))
+    if source is not None and is_model_path(source):
+        opt.refuse_reading(Reading() if record else reading, "records", f"{source} is a model file", **of_records)
+        model, model_path = load_model(source), Path(source)
+        records: Sequence[Record] = opt.read_records(record, reading)
         out.remark_on(stated_cautions(model))
         for kind in kinds:
             out.refuse_overwriting(sources, {"--output": settings.target(folder, model.name, kind)})
     else:
-        from ..api.common.given import bundled_record
+        from ..api.common.given import bundled_record  # slow to import
         from .records import identified
 
-        if record:
-            raise click.UsageError("--record is for a model file; records are identified and followed without it.")
+        opt.refuse_reading(Reading(), "a model file", "records are followed without it", record=record)
         opt.refuse_reading(reading, "--record", f"records are read as `identify` does by default; {_IDENTIFY_FIRST}")
         if not sources:
-            sources, name, reading = (str(bundled_record(Path(models))),), name or EXAMPLE_NAME, EXAMPLE_READING
+            # Its machine position counts down while the sample is stretched.
+            sources, reading = (str(bundled_record(Path(models))),), Reading(reverse="displacement")
+            name = name or "rubber_hinge"
         chosen = name or identifier(Path(sources[0]).stem)
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
-        for kind in kinds:
-            written = {"--models": model_path, "--output": settings.target(folder, chosen, kind)}
-            out.refuse_overwriting(opt.record_files(sources), written)
+        out.refuse_overwriting(opt.record_files(sources), {"--models": model_path})
         identification = identified(sources, reading, Fitting())
         out.remark(identification.sentences)
         model = saved_model(model_path, identification.model_file(chosen, description))
         records = identification.records
-    origin = origin_of(sources[0], zero, model.parameters)
+    origin = origin_of(source, zero, model.parameters)
     with out.reporting() as progress:
         built = build_all(
             model, folder, settings, origin, records, progress,
@@ -138,48 +131,31 @@ def build(
     out.present(built)
 
 
-def _build_system(source: str, folder: Path, candidate: str | None, settings: BuildOptions) -> None:
-    from ..api.fmus.build import build_system
-    from ..api.fmus.system_fmu import SystemToBuild
-
-    refuse_unwritable(folder, is_folder=True)
-    building = SystemToBuild.load(source, candidate, settings.author, settings.fmi)
-    out.refuse_overwriting([source], {"--output": building.target(folder)})
-    with out.reporting() as progress:
-        built = build_system(building, folder, settings, progress)
-    out.present(built, {"system": source})
-
-
 @opt.command(fmus="X.fmu...", flags=["json"])
 def verify(fmus: tuple[str, ...]) -> None:
-    """Verify FMUs on this computer.
-
-    Compares every file with the hash that was written when the FMU was built, the model description with FMI's rules,
-    and co-simulation and model exchange with the reference result that the FMU carries. An FMU with a changed file is
-    not run, except for binaries that were added to or compiled anew from the sources of the same FMU: they are named
-    and run. The hashes show damage, not who built it: run FMUs of people you trust only.
+    """Compares every file with its hash, the model description with FMI's rules, and co-simulation and model exchange
+    with the reference result in the FMU. An FMU with a changed file is not run; binaries that were added or compiled
+    anew are named and run. The hashes show damage, not who built it: run FMUs of people you trust only.
 
     \b
     Examples:
       strandspring verify dist/spring.fmu
       strandspring verify dist/*.fmu --json
     """
-    from ..api.common.text import counted
-
     verifications = []
     for fmu in fmus:
         with out.working(f"Verifying {fmu}"):
             verifications.append(strandspring.verify(fmu))
-    problems = [(verification.path, check) for verification in verifications for check in verification.problems]
-    fmu, first = problems[0] if problems else ("", None)
     if out.is_asked("json"):
         out.result_json({"fmus": [verification.as_json() for verification in verifications]})
     else:
-        for one in verifications:  # the first problem is the refusal, and is said once
-            out.present(replace(one, checks=tuple(check for check in one.checks if check is not first)))
-    if first is not None:
-        more = f" It has {counted(len(problems) - 1, 'more problem')}." if len(problems) > 1 else ""
-        click.echo(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"), err=True)
+        for verification in verifications:
+            out.present(verification)
+    damaged = [verification for verification in verifications if not verification.ok]
+    for verification in damaged:
+        sentence = f"{verification.path} must not be used: {verification.problems[0].text}"
+        click.echo(readable(f"strandspring: {sentence}"), err=True)
+    if damaged:
         sys.exit(1)
 
 
@@ -194,11 +170,8 @@ def verify(fmus: tuple[str, ...]) -> None:
            "keep other springs.")  # fmt: skip
 @opt.zero_option
 def export(model: str, ssp: bool, mass: float | None, output: str, **options: Any) -> None:
-    """Export a model as SSP parameter values, in an SSP system, into a Modelica library, or as C sources.
-
-    \b
+    """\b
     Examples:
-      strandspring export spring.json --ssv
       strandspring export spring.json --ssv -o system/resources/mount.ssv
       strandspring export spring.json --ssv --modelica -o dist
       strandspring export spring.json --ssp --mass 5

@@ -5,13 +5,11 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from difflib import get_close_matches
 from importlib import import_module
 from io import TextIOWrapper
 from typing import NoReturn
 
 import click
-from click import shell_completion as shells
 from click.shell_completion import CompletionItem
 
 from .._version import __version__
@@ -21,22 +19,22 @@ from ..ground.endings import handled_endings, interrupt, status_and_sentence
 from ..ground.files import readable, reason_of
 from .output import drop_failing_output, result_json
 
-# Each command is defined in a module of its subject, which is imported only to run it or to show its help.
+# Each command is defined in a module, which is imported only to run it or to show its help; that begins with this.
 COMMANDS = {
-    "show": ("records", "Show loops and cycles of records on a page."),
+    "show": ("records", "Show loops, strokes and cycles of records before they are identified."),
     "identify": ("records", "Identify a spring from force-displacement records."),
     "identify-many": ("records", "Identify many springs, each from a file of its own, into one table."),
     "plan": ("springs", "Plan the test that decides what is still open about a spring."),
     "predict": ("springs", "Predict the force of records with a model and report the errors."),
     "info": ("springs", "Show a model's parameters and loop figures, beside those of records."),
-    "compare": ("springs", "Compare two springs, such as before and after fatigue, by the uncertainty of both."),
+    "compare": ("springs", "Compare two springs, such as two lots, or one before and after fatigue."),
     "synthesize": ("springs", "Compute records: a spring's response, or the paper's experiment."),
     "build": ("fmus", "Build, validate and run the FMU of a model file, of records, or of a system."),
     "verify": ("fmus", "Verify that FMUs are as they were built and answer as they should."),
-    "export": ("fmus", "Export a model's parameters as SSP parameter values, or into a Modelica library."),
-    "isolate": ("systems", "Compute transmissibility and resonance of a mass, or of bodies on mounts."),
+    "export": ("fmus", "Export a model as SSP parameter values, in an SSP system, to Modelica, or as C sources."),
+    "isolate": ("systems", "Compute transmissibility and resonance of a mass on springs, or of bodies on mounts."),
     "simulate": ("systems", "Simulate bodies on mounts under shock and vibration."),
-    "study": ("systems", "Run a parameter study of `isolate` or of `simulate`."),
+    "study": ("systems", "Run a parameter study of `isolate` for a model file, or of `simulate` for a SYSTEM.toml."),
     "docs": ("documentation", "Open the documentation."),
 }
 
@@ -44,23 +42,12 @@ COMMANDS = {
 class LazyGroup(click.Group):
     """A group whose commands are imported one at a time."""
 
-    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
-        return list(COMMANDS)
-
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
         if cmd_name not in COMMANDS:
             return None
         commands = import_module(f".{COMMANDS[cmd_name][0]}", __package__)
         command: click.Command = getattr(commands, cmd_name.replace("-", "_"))
         return command
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        is_unknown = bool(args) and self.get_command(ctx, args[0]) is None
-        if is_unknown and (close := get_close_matches(args[0], COMMANDS, 1)):
-            ctx.fail(f"No such command {args[0]!r}. Did you mean {close[0]!r}?")
-        return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         names = [CompletionItem(name, help=text) for name, (_, text) in COMMANDS.items() if name.startswith(incomplete)]
@@ -71,7 +58,10 @@ class LazyGroup(click.Group):
             formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
 
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(
+    cls=LazyGroup, commands={name: click.Command(name) for name in COMMANDS},  # those to suggest
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)  # fmt: skip
 @click.version_option(__version__, prog_name="strandspring")
 def strandspring() -> None:
     """Identify hysteretic springs from force-displacement records and build FMUs of them.
@@ -79,18 +69,10 @@ def strandspring() -> None:
     \b
     Examples:
       strandspring identify record.csv -o spring.json --report spring.html
-      strandspring identify-many records/ -o models
-      strandspring plan spring.json --velocity 50 -o program.csv
-      strandspring predict spring.json other.csv -o predicted.csv
       strandspring info spring.json other.csv
-      strandspring compare new.json worn.json --plot difference.png
       strandspring build spring.json -o dist
-      strandspring verify dist/spring.fmu
-      strandspring export spring.json --ssv --modelica
       strandspring isolate spring.json --mass 5 --plot curves.png
-      strandspring study spring.json --mass 4:8:5 --force 10 -o study.csv
       strandspring simulate box.toml --report box.html
-      strandspring synthesize spring spring.json --amplitude 20 -o synthetic.csv
 
     Exit status: 0 done; 1 the data or the model is refused, with one sentence that says why; 2 wrong usage or a
     wrong value of an option; 130 interrupted (Ctrl-C); 143 terminated; 129 terminal closed. With --json a refusal is
@@ -116,8 +98,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # Names of files need not be text, nor does every terminal know every character.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    if "_STRANDSPRING_COMPLETE" in os.environ:
-        _offer_files()
     # No plugins of pydantic are used, and to look for some it reads the metadata of all packages.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
@@ -164,15 +144,3 @@ def _leave(
         except OSError:
             drop_failing_output()
     sys.exit(status)
-
-
-def _offer_files() -> None:
-    """Make the completion of all shells offer files where nothing else fits, as of programs that they do not know."""
-
-    def completions(shell: shells.ShellComplete, args: list[str], incomplete: str) -> list[CompletionItem]:
-        return shells.ShellComplete.get_completions(shell, args, incomplete) or [
-            CompletionItem(incomplete, type="file")
-        ]
-
-    for shell in (shells.BashComplete, shells.ZshComplete, shells.FishComplete):
-        shells.add_completion_class(type(shell.__name__, (shell,), {"get_completions": completions}))

@@ -9,21 +9,22 @@ import inspect
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial, reduce, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.core import augment_usage_errors
+from click.shell_completion import CompletionItem
 
 from ..core.parameters import LARGEST_DISPLACEMENT
 from ..errors import OptionError, Reader, StrandspringError, flag_of
 from ..ground.options import Option, options_of
-from ..ground.plotfile import SUFFIXES
 from ..loops.reading import Reading, entries
 from ..report import check_report_path
-from .output import FILES, WrittenFile, keep, refuse_overwriting, remark_on, reporting
+from .main import COMMANDS
+from .output import asked_files, keep, refuse_overwriting, remark_on, reporting
 
 if TYPE_CHECKING:
     from ..records.record import Record
@@ -32,14 +33,6 @@ Decorator = Callable[[Any], Any]
 
 SHOWS_ALL = "strandspring.shows_all"  # key of click's context
 _OUTPUT = "Output"  # the group of options that have none
-# Endings that promise a format.
-_PROMISES = frozenset(
-    (
-        ".csv", ".feather", ".fmu", ".gz", ".h5", ".hdf5", ".html", ".json", ".mat", ".mdf", ".mf4", ".mo",
-        ".npy", ".npz", ".ods", ".parquet", ".pdf", ".png", ".ssp", ".ssv", ".svg", ".tdms", ".toml", ".uff", ".xls",
-        ".xlsx", ".xml", ".zip",
-    )
-)  # fmt: skip
 _FLAGS = {
     "verbose": "Print all figures, how files were read, and cautions with their details.",
     "json": "Print one JSON object instead of text.",
@@ -47,12 +40,11 @@ _FLAGS = {
 
 
 class GroupedOption(click.Option):
-    """An option of a group in the help, perhaps a rare one, or one of a file to write, see `WrittenFile`."""
+    """An option of a group in the help, perhaps a rare one, or one of a file to write."""
 
     def __init__(
-        self, *arguments: Any, group: str = _OUTPUT, is_rare: bool = False, file: Sequence[str] = (),
-        **more: Any,
-    ) -> None:  # fmt: skip
+        self, *arguments: Any, group: str = _OUTPUT, is_rare: bool = False, file: tuple[str, ...] = (), **more: Any
+    ) -> None:
         super().__init__(*arguments, **more)
         self.group, self.is_rare, self.file = group, is_rare, file
 
@@ -62,18 +54,7 @@ class GroupedOption(click.Option):
 
 
 class OptionsCommand(click.Command):
-    """A command whose help shows its options in groups, and to which options that do not apply are wrong usage.
-
-    Files that its options name are not overwritten; it gets only those that its function has parameters for.
-    """
-
-    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
-        """The options, and --help-all if there are rare ones."""
-        params = super().get_params(ctx)
-        if any(getattr(param, "is_rare", False) for param in params):
-            settings: Any = {"is_flag": True, "expose_value": False, "is_eager": True, "callback": _show_all}
-            params.insert(-1, click.Option(["--help-all"], help="Show the rarest options, too.", **settings))
-        return params
+    """A command whose help shows its options in groups."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The options, one group after the other."""
@@ -85,26 +66,6 @@ class OptionsCommand(click.Command):
         for name, records in groups.items():
             with formatter.section(f"{name} options" if len(groups) > 1 else "Options"):
                 formatter.write_dl(records)
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command."""
-        values: dict[Any, Any] = ctx.params
-        options = [param for param in self.params if isinstance(param, GroupedOption) and param.file]
-        files = [WrittenFile._make((max(each.opts, key=len), *each.file, values[each.name])) for each in options]
-        ctx.meta[FILES] = sorted(files, key=lambda file: file.flag != "--output")
-        wanted = inspect.signature(self.callback or str).parameters
-        for name in {option.name for option in options} - wanted.keys():
-            del values[name]
-        given = [values[param.name] for param in self.params if isinstance(param, click.Argument)]
-        paths = [path for one in given for path in ([one] if isinstance(one, str) else one)]
-        of_records = any(getattr(param, "group", "") == Reading.group for param in self.params)
-        if any(file.path is not None for file in files):
-            with augment_usage_errors(ctx):
-                refuse_overwriting(record_files(paths) if of_records else paths)
-        try:
-            return super().invoke(ctx)
-        except OptionError as refusal:
-            raise click.UsageError(_words(refusal)) from None
 
 
 def _show_all(context: click.Context, _option: click.Parameter, is_asked: bool) -> None:
@@ -130,24 +91,29 @@ class Written(click.types.StringParamType):
         except ValueError as refusal:
             self.fail(_words(refusal), param, ctx)
 
+    def shell_complete(self, _context: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Files, as shells offer them for programs that they do not know."""
+        return [CompletionItem(incomplete, type="file")]
+
+
+PATH = Written(str)
+
 
 def output_path(endings: Sequence[str], path: str) -> str:
-    """The name of a file to write; raises ValueError if it promises a format that is none of these endings.
+    """The name of a file to write; raises ValueError if it has none of these endings, which begin with dots.
 
-    Of several endings, with their dots, the name must have one, which chooses the format; a single one is added to a
-    name without any that is not that of a file that is there.
+    Of several endings the name must have one, which chooses the format; a single one is added to a name without any
+    that is not that of a file that is there, such as /dev/null.
     """
     ending, *others = endings
     suffix = Path(path).suffix.lower()
-    if others and suffix not in endings:
+    if suffix in endings:
+        return path
+    if others:
         raise ValueError(f"must end in {', '.join(endings)}, got {path!r}.")
-    if not others and suffix in _PROMISES - {ending}:
+    if suffix:
         raise ValueError(f"{path} would be written as {ending}; give a name that ends in {ending}.")
-    is_bare = Path(path).name and not Path(path).suffix and not os.path.exists(path)  # noqa: PTH110 - of a long name
-    return f"{path}{ending}" if is_bare else path
-
-
-plot_path = partial(output_path, SUFFIXES)
+    return path if os.path.exists(path) or not Path(path).name else f"{path}{ending}"  # noqa: PTH110 - of a long name
 
 
 def report_path(path: str) -> str:
@@ -162,17 +128,36 @@ def command(
 ) -> Decorator:  # fmt: skip
     """A command with arguments by their metavars: in brackets if they are optional, with dots for any number.
 
-    Of a command that prints less than all that it knows the flags are --verbose and --json.
+    Of a command that prints less than all that it knows the flags are --verbose and --json. Files that its options name
+    do not overwrite those that it reads, and options that do not apply are wrong usage.
     """
 
     def decorate(function: Any) -> Any:
-        for name, metavar in reversed(arguments.items()):
-            count = -1 if "..." in metavar else 1
-            function = click.argument(name, nargs=count, required=metavar[0] != "[", metavar=metavar)(function)
-        made = group.command(cls=cls)(function)
+        @wraps(function)
+        def run(**values: Any) -> None:
+            given = [values[name] for name in arguments]
+            paths = [path for one in given for path in ([one] if isinstance(one, str) else one)]
+            if any(path is not None for _, path in asked_files().values()):
+                params = click.get_current_context().command.params
+                of_records = any(getattr(param, "group", "") == Reading.group for param in params)
+                refuse_overwriting(record_files(paths) if of_records else paths)
+            try:
+                function(**values)
+            except OptionError as refusal:
+                raise click.UsageError(_words(refusal)) from None
+
+        _, summary = COMMANDS.get(function.__name__.replace("_", "-"), ("", ""))
+        run.__doc__ = f"{summary}\n\n{inspect.cleandoc(function.__doc__)}".strip()
+        made = group.command(cls=cls)(run)
+        for name, metavar in arguments.items():
+            count, is_required = -1 if "..." in metavar else 1, metavar[0] != "["
+            made.params.append(click.Argument([name], nargs=count, required=is_required, metavar=metavar, type=PATH))
+        settings: Any = {"is_flag": True, "expose_value": False}
         for name in flags:
-            settings: Any = {"is_flag": True, "expose_value": False, "callback": keep, "help": _FLAGS[name]}
-            made.params.append(GroupedOption([f"--{name}", f"as_{name}"], **settings))
+            made.params.append(GroupedOption([f"--{name}"], **settings, callback=keep, help=_FLAGS[name]))
+        if any(getattr(param, "is_rare", False) for param in made.params):
+            settings |= {"is_eager": True, "callback": _show_all, "help": "Show the rarest options, too."}
+            made.params.append(GroupedOption(["--help-all"], **settings))
         return made
 
     return decorate
@@ -180,21 +165,28 @@ def command(
 
 def given(*flags: str, group: str = _OUTPUT, **more: Any) -> Decorator:
     """An option of a command alone."""
-    return click.option(*flags, cls=GroupedOption, group=group, **more)
+    usual = {} if more.get("is_flag") else {"type": PATH}
+    return click.option(*flags, cls=GroupedOption, group=group, **usual | more)
 
 
 def written(
     metavar: str, text: str, title: str, key: str = "output", method: str = "", flags: str = "-o --output",
     is_required: bool = False, read: Callable[[str], Any] | None = None,
 ) -> Decorator:  # fmt: skip
-    """A file to write, whose name gets the ending of the metavar: see `WrittenFile`."""
-    kind = Written(read or partial(output_path, (f".{metavar.partition('.')[2]}",)))
-    return given(*flags.split(), type=kind, metavar=metavar, required=is_required, help=text, file=(key, title, method))
+    """A file to write, whose name ends as the metavar, with its title in words and its key in the JSON object.
+
+    A method of the result writes it, or the command, which gets it then.
+    """
+    kind = Written(read or partial(output_path, [f".{ending}" for ending in metavar.partition(".")[2].split("|")]))
+    return given(
+        *flags.split(), type=kind, metavar=metavar, required=is_required, help=text, callback=keep,
+        expose_value=not method, file=(key, title, method),
+    )  # fmt: skip
 
 
 def plot_option(text: str) -> Decorator:
     """A plot to write."""
-    return written("FILE.png", f"{text} (.png, .svg or .pdf).", "Plot", "plot", "save_plot", "--plot", read=plot_path)
+    return written("FILE.png|svg|pdf", f"{text}.", "Plot", "plot", "save_plot", "--plot")
 
 
 def option_of(name: str, said: Option, default: Any = None, group: str = "", owner: str = "") -> Decorator:
@@ -203,71 +195,51 @@ def option_of(name: str, said: Option, default: Any = None, group: str = "", own
     types = {"flag": bool, "choice": click.Choice(said.choices), "whole": click.IntRange(said.least, said.most)}  # type: ignore[arg-type]
     is_pair = said.kind == "limits" and said.parse is None
     kind: Any = (float, float) if is_pair else types.get(said.kind, Written(said.read))
-    unit = said.shown or said.unit
+    unit, shown = said.shown or said.unit, said.otherwise or _shown(said, default)
     text = f"{said.help}{f' [{unit}]' if unit else ''}{f' ({owner})' if owner else ''}{said.repeated or ''}"
-    if said.kind in ("numbers", "texts"):
-        text += "; repeat, or give LOW:HIGH:COUNT, for more" if said.kind == "numbers" else "; repeat for more"
-    if shown := said.otherwise or _shown(said, default):
-        text += f"{'' if text.endswith('.') else '.'}  [default: {shown}]"
-
-    def joined(_context: click.Context, _option: click.Parameter, value: Any) -> Any:
-        """The values of an option that is repeated, None of none; limits are checked."""
-        if value is None or value == ():
-            return None
-        try:
-            if said.kind == "limits" and said.checks is not None:
-                said.checks(value)
-        except ValueError as refusal:
-            raise click.BadParameter(_words(refusal)) from None
-        return tuple(number for numbers in value for number in numbers) if said.kind == "numbers" else value
-
+    more = {"numbers": "; repeat, or give LOW:HIGH:COUNT, for more", "texts": "; repeat for more"}.get(said.kind, "")
     return given(
         flag_of(said.flag or name), name, group=said.group or group, is_rare=said.rare, type=kind, is_flag=is_flag,
-        default=None, multiple=is_repeated, metavar=said.metavar or None, callback=joined,
-        help=text if text.endswith(("]", ".")) else f"{text}.",
+        default=None, multiple=is_repeated, metavar=said.metavar or None,
+        callback=_joined if said.kind == "numbers" else None,
+        help=f"{text}{more}.{f'  [default: {shown}]' if shown else ''}",
     )  # fmt: skip
+
+
+def _joined(_context: click.Context, _option: click.Parameter, values: Any) -> Any:
+    """The values of an option that is repeated; None of none."""
+    return tuple(number for numbers in values for number in numbers) or None
 
 
 def _shown(said: Option, default: Any) -> str:
     """A default for people; nothing where it is the absence of something."""
     if not default or default == math.inf:
         return ""
-    if isinstance(default, tuple):
-        return ",".join(f"{value:g}" for value in default)
-    return f"{default / said.factor:g}" if isinstance(default, float) else str(default)
+    values = default if isinstance(default, tuple) else (default,)
+    return ",".join(f"{value / said.factor:g}" if isinstance(value, float) else str(value) for value in values)
 
 
 def takes_options(**objects: Any) -> Decorator:
-    """Give a command objects of options, made of the options of their fields and of those of their parts.
-
-    Parameters
-    ----------
-    **objects    By argument of the command its class, or an object with the defaults of the command.
-    """
+    """Give a command objects of options; by argument their classes, or objects with its defaults."""
     defaults = {name: kind() if isinstance(kind, type) else kind for name, kind in objects.items()}
     options = {name: dict(options_of_object(default)) for name, default in defaults.items()}
 
     def decorate(command: Any) -> Any:
         @wraps(command)
-        def call(*arguments: Any, **values: Any) -> Any:
+        def call(**values: Any) -> Any:
             for argument, default in defaults.items():
-                chosen = {name: values.pop(name) for name in options[argument]}
-                chosen = {name: value for name, value in chosen.items() if _is_given(value)}
+                chosen = {name: value for name in options[argument] if _is_given(value := values.pop(name))}
                 with_options = getattr(default, "with_options", partial(replace, default))
                 try:
                     values[argument] = with_options(**chosen)
                 except (TypeError, ValueError) as problem:
                     raise click.UsageError(_words(problem)) from None
-            return command(*arguments, **values)
+            return command(**values)
 
-        return together(*(option for of_object in options.values() for option in of_object.values()))(call)
+        every = [option for of_object in options.values() for option in of_object.values()]
+        return reduce(lambda made, option: option(made), reversed(every), call)
 
     return decorate
-
-
-def together(*options: Decorator) -> Decorator:
-    """Several options as one decorator, which the help shows in this order."""
-    return lambda command: reduce(lambda made, option: option(made), reversed(options), command)
 
 
 def options_of_object(default: Any) -> Iterator[tuple[str, Decorator]]:
@@ -303,19 +275,16 @@ def _zero(text: str) -> str | float:
     """The zero as `origin_of` takes it: "rig", "middle" or a displacement [m]."""
     if text in ("rig", "middle"):
         return text
-    try:
-        zero = 1e-3 * float(text)
-    except ValueError:
-        zero = math.nan
-    if not abs(zero) <= LARGEST_DISPLACEMENT:
-        raise ValueError(f"--zero must be `rig`, `middle` or a displacement of the record in mm, got {text!r}.")
-    return zero
+    with suppress(ValueError):
+        if abs(zero := 1e-3 * float(text)) <= LARGEST_DISPLACEMENT:
+            return zero
+    raise ValueError(f"--zero must be `rig`, `middle` or a displacement of the record in mm, got {text!r}.")
 
 
 zero_option: Decorator = given(
     "--zero", metavar="rig|middle|MM", type=Written(_zero), group="Model",
     help="Where displacement is counted from: the rig's zero, the middle of the identified range, or a displacement of "
-    "the record [mm].  [default: as in X.fmu if that is given; else rig if it lies within the range, else middle]",
+    "the record [mm].  [default: as in X.fmu, else rig if it is within the range, else middle]",
 )  # fmt: skip
 
 
@@ -324,13 +293,12 @@ def read_records(paths: Sequence[str], reading: Reading, models: Iterable[str] =
 
     Models that they are for are read, too: a bad one is refused before long records are read.
     """
-    if models:
-        from ..model.modelfile import load_model
+    from ..model.modelfile import load_model
 
-        for model in models:
-            load_model(model)
-    if not paths and reading != Reading():
-        raise click.UsageError("Columns, units and selections are those of records, and none is given; give a record.")
+    for model in models:
+        load_model(model)
+    if not paths:
+        refuse_reading(reading, "records", "none is given; give a record")
     files = entries(paths, reading)
     records = []
     with reporting() as report:

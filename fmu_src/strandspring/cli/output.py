@@ -9,11 +9,11 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from textwrap import wrap
-from typing import Any, NamedTuple, TextIO
+from typing import Any, TextIO
 
 import click
 
@@ -22,71 +22,54 @@ from ..findings import CAUTIONS, NOTES, Finding, Severity, gathered, of_severity
 from ..ground.files import refuse_unwritable
 
 WIDTH = 80  # columns, where no terminal says how many it has
-FILES = "strandspring.files"  # key of click's context
 
 
-class WrittenFile(NamedTuple):
-    """A file that a command writes if its option is given."""
-
-    flag: str
-    key: str  # in the JSON object
-    title: str  # in words
-    method: str  # of the result, which writes it; empty if the command does so
-    path: str | None
-
-
-def keep(context: click.Context, option: click.Parameter, value: bool) -> None:
-    """Callback of --verbose and --json, which say how results are presented."""
-    context.meta[option.opts[0]] = value
+def keep(context: click.Context, option: click.Parameter, value: Any) -> Any:
+    """Callback of --verbose, --json and the files to write, which say how results are presented."""
+    context.meta[option.opts[-1]] = value
+    return value
 
 
 def is_asked(name: str) -> bool:
-    """Whether the command that runs was called with --verbose, or with --json."""
+    """Whether the command that runs was called with --verbose, --json or the option of a file."""
     context = click.get_current_context(silent=True)
     return context is not None and bool(context.meta.get(f"--{name}"))
 
 
-@contextmanager
-def _drawn(has_end: bool) -> Iterator[Callable[..., None]]:
-    """A line on a terminal while something takes long, and a function that changes it, which does nothing elsewhere."""
-    if sys.stderr is None or not sys.stderr.isatty():
-        yield lambda **_: None
-        return
-    from rich import progress as rich
-    from rich.console import Console
-
-    columns = (rich.SpinnerColumn(), rich.TextColumn("{task.description}"))
-    parts = (rich.BarColumn(20), rich.MofNCompleteColumn()) if has_end else ()
-    left = (rich.TextColumn("left"), rich.TimeRemainingColumn()) if has_end else ()
-    shown = (*columns, *parts, rich.TimeElapsedColumn(), *left)
-    with rich.Progress(*shown, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=None)
-        yield lambda **fields: bar.update(task, **fields)
+def asked_files() -> dict[str, tuple[tuple[str, str, str], str | None]]:
+    """What `opt.written` says of the files that the command that runs can write, and their paths, by their options."""
+    context = click.get_current_context()
+    options = [option for option in context.command.params if getattr(option, "file", None)]
+    return {option.opts[-1]: (vars(option)["file"], context.meta[option.opts[-1]]) for option in options}
 
 
 @contextmanager
-def working(description: str) -> Iterator[Callable[[str], None]]:
-    """A spinner on a terminal for one long step, with the time taken so far, and a function that takes its stages."""
-    with _drawn(has_end=False) as show:
-        show(description=description)
-        yield lambda stage: show(description=f"{description}: {stage}")
-
-
-@contextmanager
-def reporting(noun: str = "", journal: Path | None = None) -> Iterator[Callable[[str, float, int], None]]:
-    """A progress bar on a terminal, and a function that takes what is being done, the parts done, and their number.
+def reporting(noun: str = "", journal: Path | None = None, is_counted: bool = True) -> Iterator[Callable[..., None]]:
+    """A line on a terminal, and a function that takes what is being done, the parts done, and their number.
 
     Of parts that are kept in a journal, an interrupt says how many they are and where.
     """
     finished: tuple[float, int] = (0, 0)
+    bar: Any = None
+    if sys.stderr is not None and sys.stderr.isatty():
+        from rich import progress as rich
+        from rich.console import Console
 
-    def progress(what: str, done: float, total: int) -> None:
+        columns: list[Any] = [rich.SpinnerColumn(), "{task.description}", rich.TimeElapsedColumn()]
+        if is_counted:
+            columns[2:2] = [rich.BarColumn(20), rich.MofNCompleteColumn()]
+            columns += ["left", rich.TimeRemainingColumn()]
+        bar = rich.Progress(*columns, console=Console(stderr=True), transient=True)
+        bar.add_task("", total=None)
+
+    def progress(what: str, done: float = 0, total: int = 0) -> None:
         nonlocal finished
         finished = done, total
-        show(description=what, completed=done, total=total)
+        if bar is not None:
+            bar.update(bar.task_ids[0], description=what, completed=done, total=total or None)
 
     try:
-        with _drawn(has_end=True) as show:
+        with bar or nullcontext():
             yield progress
     except KeyboardInterrupt:
         if journal is not None and journal.exists():  # all is written where it does not
@@ -96,18 +79,23 @@ def reporting(noun: str = "", journal: Path | None = None) -> Iterator[Callable[
         raise
 
 
+@contextmanager
+def working(description: str) -> Iterator[None]:
+    """One long step, with the time taken so far on a terminal."""
+    with reporting(is_counted=False) as progress:
+        progress(description)
+        yield
+
+
 def note(text: str) -> None:
     """A message on standard error, besides the result."""
     click.echo(folded(text, width_of(sys.stderr)), err=True)
 
 
 def remark(sentences: Callable[..., Sequence[str]], most: int | None = None) -> None:
-    """Report cautions, counting those beyond a number, and notes; with --verbose all of them with their details.
+    """Report cautions, without --verbose so many at most and the number of the others, and notes; with it all details.
 
-    Parameters
-    ----------
-    sentences : callable   Gives the sentences of some severities for a reader, in few words if the third is true.
-    most : int or None     So many cautions are printed at most.
+    `sentences` gives those of some severities for a reader, in few words if the third is true.
     """
     is_brief = not is_asked("verbose")
     cautions = sentences(CAUTIONS, Reader.COMMAND_LINE, is_brief)
@@ -129,70 +117,44 @@ def remark_on(findings: Iterable[Finding]) -> None:
 def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str | Path | None] | None = None) -> None:
     """Refuse an output that cannot be written, or is an input or another output of the same command, by whatever path.
 
-    Parameters
-    ----------
-    inputs : iterable of paths
-    outputs : mapping or None    Path by option of what is written besides the files of options; None where nothing is.
-
-    Raises
-    ------
-    click.UsageError             With the option and the path.
-    StrandspringError            If an output cannot be written.
+    Outputs are the files of options, and by option what is written besides them; None where nothing is.
     """
-    files = click.get_current_context().meta.get(FILES, ())
-    of_options = {file.flag: file.path for file in files} | dict(outputs or {})
-    written = {option: path for option, path in of_options.items() if path is not None}
-    read, taken = list(inputs), dict[str, str | Path]()
+    read = {os.path.realpath(path): path for path in inputs}
+    written = {option: path for option, (_, path) in asked_files().items()} | dict(outputs or {})
+    taken: dict[str, str] = {}
     for option, path in written.items():
-        for source in read:
-            if _is_same_file(path, source):
-                raise click.UsageError(f"{option} {path} would overwrite the input {source}; write elsewhere.")
-        for other, earlier in taken.items():
-            if _is_same_file(path, earlier):
-                raise click.UsageError(f"{option} must be another file than {other}, got {path} for both.")
-        taken[option] = path
-    for path in written.values():
+        if path is None:
+            continue
+        place = os.path.realpath(path)
+        if place in read:
+            raise click.UsageError(f"{option} {path} would overwrite the input {read[place]}; write elsewhere.")
+        if (other := taken.setdefault(place, option)) != option:
+            raise click.UsageError(f"{option} must be another file than {other}, got {path} for both.")
         refuse_unwritable(Path(path))
 
 
-def _is_same_file(path: str | Path, other: str | Path) -> bool:
-    """Whether two paths lead to the same file, which need not exist."""
-    try:
-        return Path(path).samefile(other)
-    except OSError:
-        return os.path.realpath(path) == os.path.realpath(other)
-
-
-def present(
-    made: Any, content: Mapping[str, Any] | None = None, most: int | None = None, without: Collection[str] = (),
-    **files: Any,
-) -> None:  # fmt: skip
-    """A result with its files: on standard output one JSON object, or words with the files that were written, and then
-    what is found on standard error.
+def present(made: Any, content: Mapping[str, Any] | None = None, most: int | None = None, **files: Any) -> None:
+    """A result on standard output, in JSON or words, with the files that were written; findings on standard error.
 
     Parameters
     ----------
-    made : Result            Writes the files of options, those that it has a method for.
+    made : Result            Writes the files of options, but for those that the command writes.
     content : dict or None   What the JSON object has besides, or instead.
     most : int or None       So many cautions are printed at most, without --verbose.
-    without : collection of str   Keys of files that it does not have.
-    **files                  More of them, by key the title and the path; None if it was not written.
+    **files                  More files, by key the title and the path.
     """
     written: dict[str, tuple[str, Any]] = {}
-    for file in click.get_current_context().meta.get(FILES, ()):
-        if file.key in without or not (file.method == "" or hasattr(made, file.method)):
-            continue
-        written[file.key] = file.title, file.path
-        if file.method and file.path is not None:
-            with working(f"Writing {file.path}"):
-                getattr(made, file.method)(file.path)
+    for (key, title, method), path in asked_files().values():
+        written[key] = title, path
+        if method and path is not None:
+            with working(f"Writing {path}"):
+                getattr(made, method)(path)
     written |= files
     if is_asked("json"):
-        paths = {key: None if path is None else str(path) for key, (_, path) in written.items()}
-        result_json({**made.as_json(), **(content or {}), **paths})
+        result_json({**made.as_json(), **(content or {}), **{key: path for key, (_, path) in written.items()}})
         return
     width = width_of(sys.stdout)
-    for line in (made.text_lines if is_asked("verbose") else made.brief)(width):
+    for line in made.text_lines(width, brief=not is_asked("verbose")):
         click.echo(folded(line, width))
     for title, path in written.values():
         if path is not None:

@@ -32,9 +32,7 @@ _AMPLITUDE = Option(
 @opt.takes_options(reading=Reading)
 @opt.written("FILE.html", "Write the page to this file, and open nothing.", "Page", "page")
 def show(records: tuple[str, ...], output: str | None, reading: Reading) -> None:
-    """Show loops, strokes and cycles of records before they are identified.
-
-    The page shows what was detected and what would be left out. Zooming into its figures, or choosing cycles, prints
+    """The page shows what was detected and what would be left out. Zooming into its figures, or choosing cycles, prints
     the options that choose the same in every command that reads records. Without -o it is opened in the browser.
 
     \b
@@ -63,15 +61,12 @@ def show(records: tuple[str, ...], output: str | None, reading: Reading) -> None
 @opt.written("FILE.html", "Also write a report: a page with all figures to zoom into.", "Report", "report",
              flags="--report", read=opt.report_path)  # fmt: skip
 @opt.takes_options(details=ReportDetails)
-@opt.written("FILE.svg|png|pdf", "Also draw the loops as a figure for a paper.", "Figure", "figure", flags="--figure",
-             read=opt.plot_path)  # fmt: skip
+@opt.written("FILE.svg|png|pdf", "Also draw the loops as a figure for a paper.", "Figure", "figure", flags="--figure")
 def identify(
     records: tuple[str, ...], output: str, name: str | None, description: str, report: str | None, figure: str | None,
     details: ReportDetails, reading: Reading, fitting: Fitting,
 ) -> None:  # fmt: skip
-    """Identify a spring from force-displacement records.
-
-    A record is a file of a test rig with a displacement and a force: delimited text, and with
+    """A record is a file of a test rig with a displacement and a force: delimited text, and with
     strandspring[formats] Excel, MATLAB, TDMS, MDF, UFF, HDF5, Parquet. A .toml file describes several records.
     All records are fitted as one spring.
 
@@ -117,7 +112,7 @@ def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> 
     from ..identification.method import heard_by
 
     group = opt.read_records(records, reading)
-    with out.working("Identifying") as show, heard_by(lambda stage: show(stage.words)):
+    with out.reporting(is_counted=False) as show, heard_by(lambda stage: show(f"Identifying: {stage.words}")):
         return strandspring.identify(group, fitting=fitting)
 
 
@@ -126,13 +121,9 @@ def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> 
 @opt.option_of("amplitude", _AMPLITUDE)
 @opt.given("-o", "--output", required=True, metavar="FOLDER", help="Write models and tables into this folder.")
 def identify_many(sources: tuple[str, ...], output: str, placing: Workers, **options: Any) -> None:
-    """Identify many springs, each from a file of its own.
-
-    Of a folder, the files in it that are named like records (.csv, .txt, .xlsx, ...) are taken, not those in folders
-    within it. FOLDER gets FOLDER/NAME.json for each spring, and springs.csv and springs.parquet with one row for each
-    file: parameters, errors, engineering figures, cautions, whether it is an outlier of the batch, or why it is not
-    identified. A damaged file does not stop the others. What is finished is kept in FOLDER/springs.journal.sqlite: the
-    same command again, also after an interrupt, identifies only files that are new or have changed.
+    """Of a folder, the files in it that are named like records (.csv, .txt, .xlsx, ...) are taken, not those in folders
+    within it. FOLDER gets NAME.json for each spring, and springs.csv and springs.parquet with one row for each file.
+    The same command again, also after an interrupt, identifies only files that are new or have changed.
 
     Exit status: 0 if all are identified, 1 if some are not.
 

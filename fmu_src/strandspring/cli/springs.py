@@ -10,12 +10,13 @@ import click
 
 import strandspring
 
-from ..api.options import Comparing, Sampling
+from ..api.options import Comparing, Fitting, Sampling
 from ..campaigns.planning.limits import Limits
+from ..findings import Outcome
 from ..ground.options import Option
 from ..loops.reading import Reading
 from . import options as opt
-from .output import note, present, remark, remark_on, working
+from .output import present, remark, remark_on, working
 
 if TYPE_CHECKING:
     from ..records.record import Record
@@ -30,21 +31,14 @@ _NI_AMPLITUDE = Option(
 
 
 @opt.command(model="MODEL.json|X.fmu", records="[RECORD...]")
-@opt.amplitudes_option(
-    "Amplitude of a loop about the offset", "those of the records, or quarters of the identified range"
-)
+@opt.amplitudes_option("Amplitude of a loop about the offset", "those of the records, or quarters of the range")
 @opt.zero_option
 @opt.takes_options(reading=Reading)
-@opt.written(
-    "MODEL.json", "Write the model file to this file, as out of an FMU.", "Model file", "saved", flags="--save"
-)
+@opt.written("MODEL.json", "Write the model file, as out of an FMU.", "Model file", "saved", flags="--save")
 def info(model: str, records: tuple[str, ...], save: str | None, reading: Reading, **options: Any) -> None:
-    """Show a model's parameters and loop figures, beside those of records.
-
-    For each amplitude: secant stiffness between the turning points, energy absorbed per cycle W, loss factor
-    W/(2 pi Ws) with Ws = secant stiffness * amplitude^2 / 2, equivalent viscous damping ratio (half of that), mean
-    force and peak forces. Several records also show whether the force depends on the frequency and whether the
-    loading paths of different amplitudes overlap.
+    """For each amplitude: secant stiffness between the turning points, energy absorbed per cycle W, loss factor
+    W/(2 pi Ws) with Ws = secant stiffness * amplitude^2 / 2, and with --verbose the damping ratio (half of that) and
+    forces. Several records also show whether the force depends on frequency, and whether loading paths overlap.
 
     Of the FMU of a system it shows the candidate and its variables, where the bodies rest, and the natural modes.
 
@@ -52,7 +46,6 @@ def info(model: str, records: tuple[str, ...], save: str | None, reading: Readin
     Examples:
       strandspring info spring.json
       strandspring info dist/spring.fmu --save spring.json
-      strandspring info spring.json --amplitude 13 --amplitude 46
       strandspring info spring.json a13.csv a46.csv --json
     """
     from ..api.common.model_source import describes_system
@@ -61,7 +54,7 @@ def info(model: str, records: tuple[str, ...], save: str | None, reading: Readin
     if is_fmu(model) and describes_system(model):
         opt.refuse_reading(reading, "a model", f"{model} is the FMU of a whole system", save=save, **options)
         system: Any = strandspring.info(model, *records)
-        present(system, {"system": model}, without=("saved",))
+        present(system, {"system": model})
         return
     if save is not None:
         save_model(save, load_model(model))
@@ -74,13 +67,10 @@ def info(model: str, records: tuple[str, ...], save: str | None, reading: Readin
 @opt.command(model="MODEL.json", records="RECORD...")
 @opt.takes_options(reading=Reading)
 @opt.written("OUT.csv", "Write displacement, measured and predicted force here.", "Prediction", method="save_csv")
-def predict(model: str, records: tuple[str, ...], output: str | None, reading: Reading) -> None:
-    """Predict the force of records with a model and report the errors.
-
-    The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
-    omega_start, and reported. The path is the displacement as recorded, which OUT.csv holds; a caution says by how much
-    reversals below its noise change the error, where that counts. OUT.csv holds the ends of the 95 % prediction
-    interval too, if the model file has one.
+def predict(model: str, records: tuple[str, ...], reading: Reading) -> None:
+    """The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
+    omega_start, and reported. OUT.csv holds the ends of the 95 % prediction interval, too, if the model file has one,
+    as after the refined method.
 
     \b
     Examples:
@@ -90,11 +80,6 @@ def predict(model: str, records: tuple[str, ...], output: str | None, reading: R
     group = opt.read_records(records, reading, [model])
     with working("Predicting"):
         prediction = strandspring.predict(model, group)
-    if output is not None and prediction.interval is None:
-        note(
-            f"{model} holds no prediction interval, so {output} has no columns lower and upper; identify the spring "
-            "again with the refined method to have them."
-        )
     present(prediction, {"model": model})
 
 
@@ -102,18 +87,14 @@ def predict(model: str, records: tuple[str, ...], output: str | None, reading: R
 @opt.takes_options(comparing=Comparing, reading=Reading)
 @opt.plot_option("Plot loops, stiffness, energy and loss factor")
 def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, reading: Reading) -> None:
-    """Compare two springs, such as two lots, or one before and after fatigue.
-
-    Parameters, stiffness, energy, mean force and loss factor of loops, and transmissibility are compared over the
-    range that both share, and judged by the uncertainty in the model files, all together at the 5 % level (5 of 150
-    pairs of records of one spring were found to differ). The table says of each figure whether it differs; z is the
-    difference over its standard deviation. With records: which of both follows each one better.
+    """Parameters, figures of loops and transmissibility are compared over the range that both share, and judged by the
+    uncertainty in the model files, all together at the 5 % level; z is the difference over its standard deviation. With
+    records: which of both follows each one better.
 
     \b
     Examples:
       strandspring compare new.json worn.json
       strandspring compare lot1.json lot2.json loop.csv --mass 5 --plot lots.png
-      strandspring compare new.json worn.json --align middle --json
     """
     group = opt.read_records(records, reading, [a, b])
     with working("Comparing"):
@@ -124,44 +105,31 @@ def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, read
 @opt.command(sources="[MODEL.json | X.fmu | RECORD...]")
 @opt.option_of("stiffness", _STIFFNESS, group="Rig")
 @opt.takes_options(limits=Limits, reading=Reading)
-@opt.written(
-    "PROGRAM.csv", "Write the programme to this file: time [s], displacement [mm].", "Programme", "program", "save_csv"
-)
+@opt.written("PROGRAM.csv", "Write the programme: time [s], displacement [mm].", "Programme", "program", "save_csv")
 @opt.plot_option("Plot the programme")
 def plan(sources: tuple[str, ...], stiffness: float | None, limits: Limits, reading: Reading) -> None:
-    """Plan the test that decides what is still open about a spring: the programme that a rig should run next.
-
-    From a model file with its uncertainty, from a first record, which is identified on the way, or from a rough
-    stiffness and stroke. Full loops, minor loops, small loops down to 10 % of the amplitude, another rate and dwells
-    are chosen one after the other for the most that they decide in their time. Each row says what a block decides
-    most: half of the 95 % interval before and after it, in % of the value. Displacements are those of the records.
+    """From a model file with its uncertainty, from a first record, which is identified on the way, or from a rough
+    stiffness and stroke. Blocks are chosen one after the other for the most that they decide in their time. Each row
+    says what a block decides most: half of the 95 % interval before and after it, in % of the value.
 
     \b
     Examples:
       strandspring plan spring.json --velocity 50 -o program.csv
       strandspring plan loop.csv --velocity 50 --duration 120 -o program.csv
       strandspring plan --stiffness 20 --stroke -20:20 -o program.csv
-      strandspring plan spring.json --force-limit 800 --plot plan.png
     """
     from ..model.modelfile import is_model_path, load_model
+    from .records import identified
 
     if not sources or (len(sources) == 1 and is_model_path(sources[0])):
-        opt.refuse_reading(reading, "records", "there are none")
+        opt.read_records((), reading)
         source: Any = load_model(sources[0]) if sources else None
     else:
-        group = opt.read_records(sources, reading)
-        with working("Identifying"):
-            source = strandspring.identify(group)
+        source = identified(sources, reading, Fitting())
         remark(source.sentences)
     with working("Planning"):
         test = strandspring.plan(source, stiffness=stiffness, limits=limits)
     present(test)
-
-
-_RECORD: opt.Decorator = opt.together(
-    opt.takes_options(sampling=Sampling),
-    opt.written("RECORD.csv", "Record to write.", "Record", is_required=True),
-)
 
 
 @click.group()
@@ -171,25 +139,26 @@ def synthesize() -> None:
 
 @opt.command(synthesize, flags=(), model="MODEL.json")
 @opt.amplitudes_option("Amplitude of the sine", "the identified range")
-@_RECORD
+@opt.takes_options(sampling=Sampling)
+@opt.written("RECORD.csv", "Record to write.", "Record", is_required=True)
 def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampling: Sampling) -> None:
     """Compute the record of a model's spring under sinusoidal displacement.
 
     \b
-    Examples:
-      strandspring synthesize spring spring.json -o loop.csv
-      strandspring synthesize spring spring.json --noise 0.03 -o campaign.csv
+    Example:
+      strandspring synthesize spring spring.json --noise 0.03 -o loop.csv
     """
     from ..model.modelfile import load_model
 
     record = strandspring.synthesize(load_model(model), amplitudes, sampling=sampling)
     remark_on(replace(record, path=output).found)
-    _write(output, record, sampling, 0.0)
+    _write(output, record)
 
 
 @opt.command(synthesize, flags=())
 @opt.option_of("amplitude", _NI_AMPLITUDE, group="Loop")
-@_RECORD
+@opt.takes_options(sampling=Sampling)
+@opt.written("RECORD.csv", "Record to write.", "Record", is_required=True)
 @opt.written("FILE.csv", "Also write the record without noise.", "Without noise", "clean", flags="--clean")
 def ni(output: str, clean: str | None, amplitude: float | None, sampling: Sampling) -> None:
     """Compute the paper's simulated experiment: Ni's model in its steady state under x = X sin(t).
@@ -199,18 +168,16 @@ def ni(output: str, clean: str | None, amplitude: float | None, sampling: Sampli
     \b
     Examples:
       strandspring synthesize ni -o table1.csv --clean true.csv
-      strandspring synthesize ni --amplitude 5.45 --exponent 1 -o drowned.csv
     """
     record = strandspring.synthesize("ni", amplitude, sampling=sampling)
-    _write(output, record, sampling, 0.03)
+    _write(output, record)
     if clean is not None:
         strandspring.synthesize("ni", amplitude, sampling=replace(sampling, noise=0.0)).save(Path(clean), "mm")
         click.echo(f"Without noise: {clean}")
 
 
-def _write(output: str, record: Record, sampling: Sampling, usual: float) -> None:
-    noise = usual if sampling.noise is None else sampling.noise
-    if noise > 0.0:
-        note(f"Noise level {noise:g}, seed {sampling.seed}")
+def _write(output: str, record: Record) -> None:
+    noise = [finding.numbers for finding in record.findings if finding.kind is Outcome.NOISE]
+    facts = [f"{len(record)} samples", *("noise level {noise:g}, seed {seed}".format(**of) for of in noise)]
     record.save(output, "mm")
-    click.echo(f"Record: {output} ({len(record)} samples)")
+    click.echo(f"Record: {output} ({', '.join(facts)})")

@@ -36,42 +36,30 @@ _report_option: opt.Decorator = opt.written(
            help="Of a SYSTEM.toml: compute only this candidate; repeat for more.")  # fmt: skip
 @opt.takes_options(curve=Curve)
 @opt.given("--verify", is_flag=True,
-           help="Of models: build the FMU, co-simulate it at three frequencies of each level from the computed motion, "
-           "and compare after 20 periods.")  # fmt: skip
+           help="Of models: build the FMU, and compare its motion at three frequencies of each level.")  # fmt: skip
 @opt.written("OUT.csv", "Write all figures to this file.", "Curves", method="save_csv")
 @opt.plot_option("Plot the curves of all models")
 @_report_option
-def isolate(
-    models: tuple[str, ...], report: str | None, verify: bool, candidates: tuple[str, ...], **options: Any
-) -> None:
-    """Compute transmissibility and resonance of a mass on the spring, or on several springs to compare them.
+def isolate(models: tuple[str, ...], verify: bool, candidates: tuple[str, ...], **options: Any) -> None:
+    """Of a SYSTEM.toml, which describes rigid bodies on mounts, compute it in all degrees of freedom, with rotations to
+    the second order and the natural modes, for all its candidates.
 
-    Of a SYSTEM.toml, which describes rigid bodies on mounts, compute it in all degrees of freedom, with rotations to
-    the second order and the natural modes, for all its candidates. Where a body turns by half a degree or more, curves
-    are compared with time integration of the exact equations, and a caution names differences from 2 % on.
-
-    The steady response is found by harmonic balance and followed through folds, where a frequency has several motions;
-    between two folds they are unstable (drawn dotted). Transmissibility is that of the first harmonic: absolute motion
-    over base motion or, with --force, the force on the base over that force. Small peaks of the amplitude below the
-    resonance are superharmonic: a multiple of the frequency meets the natural frequency.
+    The steady response is found by harmonic balance and followed through folds; between two folds it is unstable (drawn
+    dotted). Transmissibility is that of the first harmonic: of motion or, with --force, of force on the base.
 
     \b
     Examples:
       strandspring isolate spring.json --mass 5
       strandspring isolate old.json new.json --mass 5 --plot compared.png
-      strandspring isolate spring.json --mass 20 --parallel 4 --plot t.png
-      strandspring isolate spring.json --mass 5 --base-displacement 0.5
       strandspring isolate spring.json --mass 5 --force 10 --band 2 50 -o c.csv
-      strandspring isolate spring.json --mass 5 --verify
       strandspring isolate box.toml --direction z --base-displacement 0.5
-      strandspring isolate box.toml --candidate softer --report softer.html
     """
     from ..api.common.model_source import OF_MODELS, OF_SYSTEMS, is_system
     from ..ground.options import refuse_given
 
     is_of_system = is_system(models[0])
-    where, others = models[0], {"verify": verify} if is_of_system else {"report": report}
-    refuse_given(f"{OF_MODELS}; leave it out." if is_of_system else OF_SYSTEMS, where, **others)
+    others = {"verify": verify} if is_of_system else {"report": is_asked("report")}
+    refuse_given(f"{OF_MODELS}; leave it out." if is_of_system else OF_SYSTEMS, models[0], **others)
     with reporting() as progress:
         isolation: Any = strandspring.isolate(models, candidates=candidates or None, **options, progress=progress)
         if verify:
@@ -83,26 +71,18 @@ def isolate(
 @opt.takes_options(part=Part, run=Run)
 @opt.given("--workers", type=click.IntRange(1, 1024), metavar="N", group="Simulation",
            help="Number of threads.  [default: all cores]")  # fmt: skip
+@opt.written("OUT.csv", "Write all figures to this file.", "Figures", method="save_csv")
 @_report_option
 @opt.plot_option("Plot acceleration against stroke, with verdicts")
 @opt.given("--histories", metavar="FOLDER",
-           help="Write the motion over time of each candidate in each case to a CSV file in this folder; such a file "
-           "may have tens of megabytes.")  # fmt: skip
-@opt.written("OUT.csv", "Write all figures to this file.", "Figures", method="save_csv")
-def simulate(system: str, report: str | None, histories: str | None, part: Part, run: Run, workers: int | None) -> None:
-    """Simulate bodies on mounts under shock and vibration.
+           help="Write the motion over time of each candidate in each case into this folder, as CSV.")  # fmt: skip
+def simulate(system: str, histories: str | None, part: Part, run: Run, workers: int | None) -> None:
+    """SYSTEM.toml describes rigid bodies on mounts, mounts to choose from (candidates), limits and load cases;
+    `python -m strandspring.examples.system_models FOLDER` writes examples. Each case is run with the springs as
+    identified, and then as often as --draws says with all that is unknown drawn. Figures are ranges over these.
 
-    SYSTEM.toml describes rigid bodies on mounts of identified springs, the mounts to choose from (candidates), limits
-    and load cases; `python -m strandspring.examples.system_models FOLDER` writes examples. Each case is run with the
-    springs as identified, and then as often as --draws says with all that is unknown drawn: where hysteresis leaves
-    each axis at rest, springs by the uncertainty of their model files, scatter of mounts, realisations of random
-    vibration. Figures are printed as ranges over these, with the numerical error and cautions that have a size.
-
-    The verdict on a candidate in a case is "pass" (all ranges are within their limits), "fail" (a range is beyond its
-    limit), "not decided" (a limit lies within a range), "outside" (a spring leaves its identified range, so that all
-    figures are extrapolated), "refused" (it cannot be simulated, or most draws cannot) or "no limits" (none applies).
-    On all cases together it is the worst of these, or "not tested" if no case tests some limit. All of these are
-    results, with exit status 0; the status is 1 if nothing could be simulated, or there is no case.
+    A candidate passes a case if all ranges are within their limits, and fails if one is beyond; it is "not decided" if
+    a limit lies within a range. These are results, with exit status 0; it is 1 if nothing could be simulated.
 
     \b
     Examples:
@@ -117,15 +97,14 @@ def simulate(system: str, report: str | None, histories: str | None, part: Part,
     refuse_overwriting(file.files)
     if histories is not None:
         refuse_unwritable(Path(histories), is_folder=True)
-    is_json = is_asked("json")
-    with_courses = is_json or report is not None or histories is not None
+    with_courses = is_asked("json") or is_asked("report") or histories is not None
     with reporting() as progress:
         simulation = strandspring.simulate(
             file, part.cases, part.candidates, run=run, workers=workers, courses=with_courses, progress=progress
         )
     courses = () if histories is None else simulation.save_histories(histories)
     present(simulation, {"file": system, "histories": [str(path) for path in courses]})
-    if histories is not None and not is_json:
+    if courses and not is_asked("json"):
         click.echo(f"Histories: {len(courses)} files in {histories}")
 
 
@@ -155,30 +134,21 @@ def _varied(_context: click.Context, _option: click.Parameter, given: tuple[str,
 @opt.takes_options(part=Part, placing=Workers(None))
 @opt.written("RESULTS.csv", "Write one line for each run to this file.", "Results", is_required=True, read=str)
 @opt.plot_option("Of a SYSTEM.toml: plot acceleration against stroke, with verdicts")
-def study(
-    model: str, output: str, plot: str | None, stiffness: tuple[float, ...] | None, placing: Workers, **options: Any
-) -> None:
-    """Run a parameter study of `isolate` for a model file, or of `simulate` for a SYSTEM.toml.
+def study(model: str, output: str, stiffness: tuple[float, ...] | None, placing: Workers, **options: Any) -> None:
+    """Of a model file, every grid point (mass, level, stiffness factor) is run with every spring drawn from the joint
+    uncertainty of all coefficients in the model file. Of a SYSTEM.toml, every grid point of --vary is simulated with
+    every candidate in every load case; keys with dots between them lead to a value, names or numbers choose an entry of
+    a list, and * takes all.
 
-    Of a model file, every grid point (mass, level, stiffness factor) is run with every spring drawn from the joint
-    uncertainty of all coefficients in the model file. Of a SYSTEM.toml, --vary gives values of the file: keys with
-    dots between them lead to one, names or numbers choose an entry of a list, and * takes all of them; numbers carry a
-    unit or are in what the file's `units` state, and percent are of what the file says. "mount.NAME.places" is how
-    many of the places have a mount, from the first on. Every grid point is simulated with every candidate in every load
-    case; each run is a whole answer of `simulate`, and its figures are the upper ends of their ranges.
-
-    Draw k of a seed is the same spring in every study. A refused run, for instance one whose motion leaves the
-    identified range, is a line with the reason. Finished runs are kept in RESULTS.csv.part.sqlite until all are done;
-    the same command continues from there.
+    A refused run, for instance one whose motion leaves the identified range, is a line with the reason. Finished runs
+    are kept in RESULTS.csv.part.sqlite until all are done; the same command continues from there.
 
     \b
     Examples:
       strandspring study spring.json --mass 5 --base-displacement 0.5 -o study.csv
       strandspring study spring.json --mass 4:8:5 --draws 0 -o grid.csv
       strandspring study spring.json --mass 5 --stiffness 0.9:1.1:3 -o s.csv
-      strandspring study spring.json --mass 5 --scheduler tls://host:8786 -o s.csv
       strandspring study box.toml --vary 'body.box.mass=15 kg:25 kg:5' -o s.csv
-      strandspring study box.toml --vary 'mount_type.*.axes.*.series=1,2' -o p.csv
       strandspring study box.toml --vary mount.corner.places=3,4 -o m.csv
     """
     from ..api.common.model_source import OF_SYSTEMS, is_system
@@ -187,12 +157,11 @@ def study(
 
     journal, is_of_system = journal_path(Path(output)), is_system(model)
     if not is_of_system:
-        refuse_given(OF_SYSTEMS, model, plot=plot)
+        refuse_given(OF_SYSTEMS, model, plot=is_asked("plot"))
     refuse_overwriting([model], {"--output's journal": journal})
     with reporting("runs", journal) as progress:
         studied: Any = strandspring.study(
             model, stiffness=stiffness or 1.0, placing=placing.notifying(note), output=output, progress=progress,
             **options,
         )  # fmt: skip
-    content = {"system" if is_of_system else "model": model}
-    present(studied, content, without=() if is_of_system else ("plot",))
+    present(studied, {"system" if is_of_system else "model": model})

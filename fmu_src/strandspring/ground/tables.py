@@ -22,14 +22,14 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*(.*)
 
 
 def suggestion(name: str, known: Sequence[str]) -> str:
-    """What is meant by an unknown name, or what there is, as the end of a sentence."""
+    """What is meant by an unknown name, or what there is, as the end of a sentence without its stop."""
     near = get_close_matches(name[:_LONGEST_NAME], known, n=1)
     if near:
-        return f"use {quoted(near[0])} if you mean that."
+        return f"use {quoted(near[0])} if you mean that"
     if not known:
-        return "there are none, so remove it."
+        return "there are none, so remove it"
     more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
-    return f"use one of {', '.join(map(quoted, known[:_LISTED]))}{more}."
+    return f"use one of {', '.join(map(quoted, known[:_LISTED]))}{more}"
 
 
 class StrictTable(BaseModel):
@@ -81,8 +81,7 @@ def refusal(error: ValidationError, first: int = 1, remedy: str = "") -> str:
     if not advice and problem["type"] not in _WITH_REMEDY:
         advice = remedy
     field = field_name(problem["loc"], first)
-    text = (f"{field}: {reason}" if field else reason) + (f"; {advice}" if advice else "")
-    return text if text.endswith(".") else f"{text}."
+    return (f"{field}: {reason}" if field else reason) + (f"; {advice}." if advice else ".")
 
 
 def _reason(kind: str, context: Mapping[str, Any], value: Any, own_message: str) -> str:

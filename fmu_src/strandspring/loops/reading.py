@@ -60,15 +60,15 @@ class Reading:
     )  # fmt: skip
     units: InitVar[Mapping[str, str] | None] = None
     displacement_unit: str | None = option(
-        None, "text", "Unit of the displacement: mm, m, in, ...", otherwise="the file's, or mm", metavar="UNIT",
+        None, "text", "Unit of the displacement, such as mm, m or in", otherwise="the file's, or mm", metavar="UNIT",
         checks=partial(unit_factor, quantity="displacement"),
     )  # fmt: skip
     force_unit: str | None = option(
-        None, "text", "Unit of the force: N, kN, lbf, kip, ...", otherwise="the file's, or N", metavar="UNIT",
+        None, "text", "Unit of the force, such as N, kN, lbf or kip", otherwise="the file's, or N", metavar="UNIT",
         checks=partial(unit_factor, quantity="force"),
     )  # fmt: skip
     time_unit: str | None = option(
-        None, "text", "Unit of the time: s, ms, min, ...", otherwise="the file's, or s", metavar="UNIT",
+        None, "text", "Unit of the time, such as s, ms or min", otherwise="the file's, or s", metavar="UNIT",
         checks=partial(unit_factor, quantity="time"),
     )  # fmt: skip
     reverse: Reversed | None = option(None, "choice", "Negate this column", choices=get_args(Reversed), repeated="")

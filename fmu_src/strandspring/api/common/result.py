@@ -63,10 +63,12 @@ class Result:
     def summary(self) -> str:
         """The result in words, with cautions and notes on it and on how its records were read."""
         of_records = [finding for record in getattr(self, "records", ()) for finding in record.found]
-        remarks: dict[str, None] = {}
-        for sentences in (self.sentences, lambda of, reader: gathered(of_severity(of_records, of), reader)):
-            for title, of in {"Caution": CAUTIONS, "Note": NOTES}.items():
-                remarks |= dict.fromkeys(f"{title}: {text}" for text in sentences(of, Reader.PYTHON))
+        remarks = dict.fromkeys(
+            f"{title}: {text}"
+            for sentences in (self.sentences, lambda of, reader: gathered(of_severity(of_records, of), reader))
+            for title, of in {"Caution": CAUTIONS, "Note": NOTES}.items()
+            for text in sentences(of, Reader.PYTHON)
+        )
         return "\n".join([*self.text_lines(), *remarks])
 
     def as_json(self) -> dict[str, Any]:
@@ -85,12 +87,7 @@ class Result:
         return self.table.frame()
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the first of its tables.
-
-        Raises
-        ------
-        StrandspringError   If the file cannot be written.
-        """
+        """Write the first of its tables; raises StrandspringError if the file cannot be written."""
         self.table.save_csv(path)
 
     @property
@@ -126,11 +123,7 @@ class PlottedResult(Result):
     """A result with a plot."""
 
     _grid = (1, 1)  # rows and columns of axes
-
-    @property
-    def _size(self) -> tuple[float, float]:
-        """Width and height of the plot [inches]."""
-        return 6.4, 4.8
+    _size = (6.4, 4.8)  # width and height of the plot [inches]
 
     @abstractmethod
     def plot(self, ax: Any = None) -> Any:

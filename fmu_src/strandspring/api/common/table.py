@@ -9,6 +9,7 @@ from itertools import zip_longest
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
+from unicodedata import combining, east_asian_width
 
 from ...ground.files import write_csv
 from ...ground.result_columns import ResultColumn, value
@@ -78,12 +79,7 @@ class Table:
         return frame.astype({key: float for key in frame if frame[key].dtype == object and key not in texts})
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the rows in SI units.
-
-        Raises
-        ------
-        StrandspringError   If the file cannot be written.
-        """
+        """Write the rows in SI units; raises StrandspringError if the file cannot be written."""
         headings = [column.file_heading for column in self._in_files]
         write_csv(Path(path), headings, (list(row.values()) for row in self.as_json()))
 
@@ -109,27 +105,27 @@ def table_lines(
     >>> table_lines(["spring", "mass kg", "sag mm"], [["mount", "4", "12"]], left=["spring"], width=14)
     ['  spri  mass', '  ng      kg', '  moun     4', '  t', '', '  spri  sag', '  ng     mm', '  moun   12', '  t']
     """
-    columns = [list(column) for column in zip(headings, *rows, strict=True)]
+    columns = [[text.split("\n") for text in column] for column in zip(headings, *rows, strict=True)]
     is_left = [heading in left for heading in headings]
     if width is None or _width_of(columns) <= width:
         return _lines(columns, is_left)
     # Headings are folded to the width of the cells, or of their longest word.
     folded = [
-        [_wrapped(heading, max(_width_of([heading.split()]), _width_of([cells])) - len(_GAP)), *cells]
-        for heading, *cells in columns
+        [wrap(heading, max(1, *map(_width, heading.split()), _width_of([cells]) - len(_GAP))), *cells]
+        for heading, (_, *cells) in zip(headings, columns, strict=True)
     ]
     texts = [k for k, at_left in enumerate(is_left) if at_left]
     if texts:
         widest = max(texts, key=lambda k: _width_of([columns[k]]))
         spare = width - _width_of([column for k, column in enumerate(folded) if k != widest]) - len(_GAP)
         if spare >= min(_width_of([columns[widest]]) - len(_GAP), _LEAST):
-            folded[widest] = [_wrapped(text, spare) for text in columns[widest]]
+            folded[widest] = [wrap(" ".join(cell), spare) or [""] for cell in columns[widest]]
             return _lines(folded, is_left)
     label = texts[0] if texts else 0
-    heading, *names = columns[label]
+    heading, *names = map(" ".join, columns[label])
     if len({*names}) < len(names):
         names = [f"{k} {name}" for k, name in enumerate(names, 1)]
-    title = [_wrapped(text, width // 3) for text in (heading, *names)]
+    title = [wrap(text, max(1, width // 3)) or [""] for text in (heading, *names)]
     bands: list[list[int]] = []
     for k in (k for k in range(len(columns)) if k != label):
         if not bands or _width_of([title, *(folded[j] for j in (*bands[-1], k))]) > width:
@@ -139,34 +135,27 @@ def table_lines(
     return [line for table in tables for line in ("", *table)][1:]
 
 
-def _width_of(columns: Iterable[Sequence[str]]) -> int:
-    """Of columns beside each other, each after a gap; a column is its heading and its cells, with line ends."""
-    return sum(len(_GAP) + max((_width(line) for cell in of for line in cell.split("\n")), default=0) for of in columns)
+def _width_of(columns: Iterable[Sequence[Sequence[str]]]) -> int:
+    """Of columns beside each other, each after a gap; a column is its heading and its cells, each with its lines."""
+    return sum(len(_GAP) + max((_width(line) for cell in of for line in cell), default=0) for of in columns)
 
 
-def _lines(columns: Sequence[Sequence[str]], is_left: Sequence[bool]) -> list[str]:
+def _lines(columns: Sequence[Sequence[list[str]]], is_left: Sequence[bool]) -> list[str]:
     """The lines of a table, whose headings stand at the bottom and whose cells at the top of their row."""
-    deepest = max(heading.count("\n") for heading, *_ in columns)
-    deep = (["\n" * (deepest - heading.count("\n")) + heading, *cells] for heading, *cells in columns)
+    deepest = max(len(heading) for heading, *_ in columns)
+    deep = ([[""] * (deepest - len(heading)) + heading, *cells] for heading, *cells in columns)
     widths = [_width_of([column]) - len(_GAP) for column in columns]
     lines = []
     for row in zip(*deep, strict=True):
-        for texts in zip_longest(*(cell.split("\n") for cell in row), fillvalue=""):
-            spaces = [" " * (width - _width(text)) for width, text in zip(widths, texts, strict=True)]
-            cells = zip(texts, spaces, is_left, strict=True)
-            padded = (_GAP + (text + space if at_left else space + text) for text, space, at_left in cells)
-            lines.append("".join(padded).rstrip())
+        for texts in zip_longest(*row, fillvalue=""):
+            line = ""
+            for text, width, at_left in zip(texts, widths, is_left, strict=True):
+                space = " " * (width - _width(text))
+                line += _GAP + (text + space if at_left else space + text)
+            lines.append(line.rstrip())
     return lines
-
-
-def _wrapped(text: str, width: int) -> str:
-    return "\n".join(wrap(text, max(1, width)))
 
 
 def _width(text: str) -> int:
     """Columns of a terminal that a text takes: two for each character of Chinese, Japanese and Korean."""
-    if text.isascii():
-        return len(text)
-    from rich.cells import cell_len  # rich is imported only where it is needed
-
-    return cell_len(text)
+    return sum(1 + (east_asian_width(c) in "WF") - bool(combining(c)) for c in text)

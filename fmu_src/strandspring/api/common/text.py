@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
-from ...core.parameters import SIGMA_RANGE, SpringParameters
+from ...core.parameters import ARRAYS, SIGMA_RANGE, SpringParameters
 from ...ground.result_columns import ResultColumn, values
 from ...loops.loop import LOOP_FIGURES, Loop
 from ...model.joint import HYSTERETIC_PARAMETERS, further_columns
@@ -32,6 +32,7 @@ _FITS = (
     ResultColumn("samples", "1", "samples compared", "samples", digits=12),
     ResultColumn("compared", "", "what is compared", "compared"),
 )
+_UNITS = {"FE_knots": "m", "FE_forces": "N", "kE": "N/m^{}", "kA": "1/m^{}"}
 _PARAMETERS = (
     ResultColumn("parameter", "", "parameter", "parameter"),
     ResultColumn("unit", "", "unit", "unit"),
@@ -97,19 +98,36 @@ def parameter_table(
     p: SpringParameters, uncertainty: Mapping[str, Any], brief: bool = False, in_files: bool = False
 ) -> Table:
     """The parameters with what is known of them, in text without an FE as a table; if brief without FE and FA."""
+    arrays = () if brief else (*(ARRAYS if in_files else ("kE", "kA")), "second.kA")
+    errors = {f"{of}[{k}]": error for of in ARRAYS for k, error in enumerate(uncertainty.get(of) or ())}
     rows = []
-    for column in HYSTERETIC_PARAMETERS:
-        known = (uncertainty.get("interval_95") or {}).get(column.key)
-        rows.append(_row(column.key, column.unit, getattr(p, column.key), uncertainty.get(column.key), known))
-        low, high = bounds_95(column.key, uncertainty) or (math.inf, math.inf)
-        if low is None or high is None:
-            rows[-1]["interval"] = f"> {low:.2g}" if low else f"< {high:.2g}" if high else "not bounded"
-    further = uncertainty.get("further") or {}
-    for column in further_columns(p):
+    for name, unit, value in _values(p, arrays):
+        error, ends = _known(name, {**uncertainty, **errors})
+        interval: Any = bounds_95(name, uncertainty)
+        if interval is not None and None in interval:
+            least, most = interval
+            interval = f"> {least:.2g}" if least else f"< {most:.2g}" if most else "not bounded"
+        cells = (name, unit, value, error, *(ends or (None, None)), interval)
+        rows.append(dict(zip((column.key for column in _PARAMETERS), cells, strict=True)))
+    return Table(_PARAMETERS, rows)
+
+
+def _values(p: SpringParameters, arrays: Sequence[str]) -> Iterator[tuple[str, str, float]]:
+    """Name, unit and value of the parameters, and of the coefficients in some arrays."""
+    for column in (*HYSTERETIC_PARAMETERS, *further_columns(p)):
         part, name = part_with(p, column.key)
-        of = further.get(column.key) or {}
-        rows.append(_row(column.key, column.unit, getattr(part, name), of.get("standard_error"), of.get("interval_95")))
-    return Table(_PARAMETERS, rows if brief else [*rows, *_coefficients(p, uncertainty, in_files)])
+        yield column.key, column.unit, getattr(part, name)
+    for array in arrays:
+        part, name = part_with(p, array)
+        for k, value in enumerate(getattr(part, name, ())):
+            yield f"{array}[{k}]", _UNITS[name].format(k), value
+
+
+def _known(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, Sequence[float | None] | None]:
+    """The standard error and the ends of the 95 % interval of a parameter; None if unknown."""
+    if of := (uncertainty.get("further") or {}).get(name):
+        return of.get("standard_error"), of.get("interval_95")
+    return uncertainty.get(name), (uncertainty.get("interval_95") or {}).get(name)
 
 
 def part_with(p: SpringParameters, key: str) -> tuple[Any, str]:
@@ -117,28 +135,6 @@ def part_with(p: SpringParameters, key: str) -> tuple[Any, str]:
     owner, _, name = key.rpartition(".")
     parts = {"": p, "second": p.second, **{f"branches[{j}]": branch for j, branch in enumerate(p.branches)}}
     return parts[owner], name
-
-
-def _row(
-    name: str, unit: str, value: float, error: float | None, ends: Sequence[float] | None = None
-) -> dict[str, Any]:
-    low, high = ends or (None, None)
-    interval = None if low is None or high is None else (low, high)
-    cells = (name, unit, value, error, low, high, interval)
-    return dict(zip((column.key for column in _PARAMETERS), cells, strict=True))
-
-
-def _coefficients(p: SpringParameters, uncertainty: Mapping[str, Any], has_knots: bool) -> Iterator[dict[str, Any]]:
-    """Rows of the coefficients of FE and FA, and of the knots of an FE if they are asked for."""
-    for name, unit in (("FE_knots", "m"), ("FE_forces", "N"), ("kE", "N/m^{}"), ("kA", "1/m^{}")):
-        given = () if name.startswith("FE") and not has_knots else getattr(p, name)
-        errors = uncertainty.get(name) or [None] * len(given)
-        for k, (value, error) in enumerate(zip(given, errors, strict=False)):
-            yield _row(f"{name}[{k}]", unit.format(k), value, error)
-    further = uncertainty.get("further") or {}
-    for k, value in enumerate(() if p.second is None else p.second.kA):
-        name = f"second.kA[{k}]"
-        yield _row(name, f"1/m^{k}", value, (further.get(name) or {}).get("standard_error"))
 
 
 def shape_of(p: SpringParameters) -> str:
@@ -154,30 +150,22 @@ def loop_table(measured: Sequence[MeasuredLoop], modelled: Sequence[Loop] = (), 
 
     In files every path is whole, and there is no scatter.
     """
-    names = _names_of_paths([loop.path for loop in measured])
-    rows: list[dict[str, Any]] = [{"source": "model", **values(LOOP_FIGURES, loop.figures)} for loop in modelled]
+    names, of = _names_of_paths([loop.path for loop in measured]), partial(values, LOOP_FIGURES)
+    rows: list[dict[str, Any]] = [{"source": "model", **of(loop.figures)} for loop in modelled]
     for loop in measured:
-        source = loop.path if in_files else names[loop.path]
-        rows.append(
-            {"source": source, **values(LOOP_FIGURES, loop.figures), "cycles": loop.cycles, "frequency": loop.frequency}
-        )
+        source, model = (loop.path, "model") if in_files else (names[loop.path], "  model")
+        rows.append({"source": source, **of(loop.figures), "cycles": loop.cycles, "frequency": loop.frequency})
         if loop.spread is not None and not in_files:
             scatter = {name: float(f"{value:.2g}") for name, value in asdict(loop.spread).items()}
             rows.append({"source": "  +- by cycle", **scatter})
         if loop.predicted is not None:
-            rows.append(
-                {
-                    "source": "model" if in_files else "  model",
-                    **values(LOOP_FIGURES, loop.predicted),
-                    "from": loop.path,
-                }
-            )
+            rows.append({"source": model, **of(loop.predicted), "from": loop.path})
     return Table(LOOPS, rows, details=_OF_SOME_LOOPS)
 
 
 def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, float | None] | None:
     """Ends of a parameter's 95 % interval, None where it is open or ends where no spring has less; None if unknown."""
-    ends = (uncertainty.get("interval_95") or {}).get(name)
+    _, ends = _known(name, uncertainty)
     if ends is None:
         return None
     low, high = ends

@@ -41,7 +41,7 @@ def body_number(name: str, bodies: Iterable[RigidBody | BodyTable]) -> int:
     """
     names = [body.name for body in bodies]
     if name not in names:
-        raise MountedSystemError(f"{quoted(name)} is not a body; {suggestion(name, names)}")
+        raise MountedSystemError(f"{quoted(name)} is not a body; {suggestion(name, names)}.")
     return names.index(name)
 
 
@@ -81,7 +81,7 @@ def mounted_systems(table: SystemTable, models: Models) -> tuple[tuple[str, Moun
             if name not in table.mount_type:
                 with located("candidate", k, "types"):
                     raise MountedSystemError(
-                        f"{quoted(name)} is not a mount type; {suggestion(name, list(table.mount_type))}"
+                        f"{quoted(name)} is not a mount type; {suggestion(name, list(table.mount_type))}."
                     )
         system = _system(table, bodies, points, candidate.types, build, f"candidate {quoted(candidate.name)}: ")
         systems.append((candidate.name, system))
@@ -111,7 +111,7 @@ def limits_of(table: LimitsTable, points: Iterable[Point]) -> Limits:
             for name in given:
                 if name not in names:
                     with located("limits", kind.name.lower()):
-                        raise MountedSystemError(f"{quoted(name)} is not a point; {suggestion(name, names)}")
+                        raise MountedSystemError(f"{quoted(name)} is not a point; {suggestion(name, names)}.")
         if kind is FigureKind.SRS and given is not None:
             spectra = _spectra(given if isinstance(given, dict) else dict.fromkeys(names, given))
             of_kind[kind] = dict.fromkeys(spectra, 1.0)
@@ -228,7 +228,7 @@ def _mounts(
     if table.type not in whole.mount_type:
         with located("mount", k, "type"):
             raise MountedSystemError(
-                f"{quoted(table.type)} is not a mount type; {suggestion(table.type, list(whole.mount_type))}"
+                f"{quoted(table.type)} is not a mount type; {suggestion(table.type, list(whole.mount_type))}."
             )
     with located("mount", k, "body"):
         if table.body is None and len(whole.body) > 1:

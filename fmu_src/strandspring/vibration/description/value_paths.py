@@ -42,7 +42,7 @@ def locations(path: str, table: SystemTable) -> tuple[Location, ...]:
         return matches
     known = list(islice(_paths(table, ""), _MOST_SUGGESTED))
     raise MountedSystemError(
-        f"{quoted(path)} is not the path of a value of this description; {suggestion(path, known)}"
+        f"{quoted(path)} is not the path of a value of this description; {suggestion(path, known)}."
     )
 
 
