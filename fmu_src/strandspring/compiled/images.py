@@ -134,7 +134,8 @@ def compiled(unit: CompiledUnit, target: Target) -> bytes:
     sources = unit.sources()
     for fmi in unit.fmi:
         sources |= fmi_headers(fmi)
-    return zig.shared_library(target, sources, unit.files, unit.name, unit.flags)
+    guards = target.system.guards if unit.fmi else ()
+    return zig.shared_library(target, sources, unit.files, unit.name, (*unit.flags, *guards))
 
 
 def _caches(create: bool = False) -> Iterator[Path]:

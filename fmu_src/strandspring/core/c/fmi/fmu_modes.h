@@ -115,7 +115,7 @@ static inline FmuStatus fmu_require_step(const Log *log, double time, double siz
                : fmu_require_strange_step(log, time, size, stop_time);
 }
 
-/* The times of an experiment, checked; the stop time is INFINITY if there is none. */
+/* The times of an experiment, checked; the stop time is HUGE_VAL if there is none. */
 SPRING_LOCAL FmuStatus fmu_require_experiment(const Log *log, double start_time, double stop_time);
 
 #endif

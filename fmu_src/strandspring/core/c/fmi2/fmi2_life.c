@@ -154,7 +154,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
                                fmi2Boolean stopTimeDefined, fmi2Real stopTime)
 {
     FMU_REQUIRE(c, SetupExperiment);
-    double stop = stopTimeDefined ? stopTime : INFINITY;
+    double stop = stopTimeDefined ? stopTime : HUGE_VAL;
     if (fmu_require_experiment(&instance->log, startTime, stop) != FMU_OK)
         return fmi2Error;
     instance->state.time = startTime;

@@ -75,7 +75,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefi
                                        fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
 {
     FMU_REQUIRE(c, EnterInitializationMode);
-    double stop = stopTimeDefined ? stopTime : INFINITY;
+    double stop = stopTimeDefined ? stopTime : HUGE_VAL;
     if (fmu_require_experiment(&instance->log, startTime, stop) != FMU_OK)
         return fmi3Error;
     instance->state.time = startTime;

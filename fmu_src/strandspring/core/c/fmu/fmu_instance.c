@@ -99,7 +99,7 @@ void fmu_begin(Instance *instance, int mode)
     instance->velocity_watch = (VelocityWatch){.warned = 0};
     State start = {
         .mode = mode,
-        .stop_time = INFINITY,
+        .stop_time = HUGE_VAL,
         .settings = fmu_start_settings(),
     };
     instance->variables = fmu_variables(&start.settings);

@@ -274,7 +274,7 @@ static SpringSensitivity inherited(const SpringLaw *law, const SpringMemory *str
 {
     int direction = stroke->direction;
     SpringSlopes at = spring_slopes(law->table, stroke->start_xi);
-    double slope = clip(at.slope, 1e-12, INFINITY);
+    double slope = clip(at.slope, 1e-12, HUGE_VAL);
     return (SpringSensitivity){
         .by_rho = direction * change->by_rho / slope,
         .by_sigma = (direction * change->by_sigma - at.by_sigma) / slope,

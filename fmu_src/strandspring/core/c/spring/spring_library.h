@@ -8,7 +8,7 @@
 #include <string.h>
 #else
 #include <stddef.h>
-#define INFINITY __builtin_inff()
+#define HUGE_VAL __builtin_inff()
 #define NAN __builtin_nanf("")
 #define fabs __builtin_fabs
 #define memcpy __builtin_memcpy

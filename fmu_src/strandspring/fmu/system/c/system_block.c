@@ -1,6 +1,6 @@
 #include "system_block.h"
 
-#include <math.h> /* INFINITY, of stops */
+#include <math.h> /* HUGE_VAL, of stops */
 
 /* Volatile, since it is overwritten in the finished binary. */
 static const volatile SystemBlock system_block = {

@@ -31,7 +31,7 @@ void fmu_begin(Instance *instance, int mode)
     State *state = &instance->state;
     memset(state, 0, sizeof *state);
     state->mode = mode;
-    state->stop_time = INFINITY;
+    state->stop_time = HUGE_VAL;
     state->settings = system_start().settings;
     join_motion(state);
     forget_outputs(instance);

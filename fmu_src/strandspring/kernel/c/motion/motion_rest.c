@@ -95,7 +95,7 @@ static double begin_rest(RestProblem *rest, const double *pose)
 {
     const MotionSystem *system = rest->system;
     MotionBodyState *bodies = rest->state.body;
-    double step = INFINITY;
+    double step = HUGE_VAL;
     rest->length = rest->reach = 0.0;
     for (size_t m = 0; m < system->mounts; m++) {
         const MotionMount *mount = system->mount + m;
