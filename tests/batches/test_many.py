@@ -212,9 +212,9 @@ def test_a_worker_that_dies_costs_its_file_only(few: Path, dies_once: bool) -> N
     summary = identify_batch(found, few / "models", DeadlyWork(FAST, Reading()), Local(2))
     assert dict(summary.statuses) == ({"identified": 4} if dies_once else {"identified": 3, "failed": 1})
     if not dies_once:
-        ((file, _, reason),) = summary.problems
-        assert Path(file).name == "deadly.csv"
-        assert reason.startswith("The process that identified it died")
+        (problem,) = summary.problems
+        assert Path(problem["file"]).name == "deadly.csv"
+        assert problem["reason"].startswith("The process that identified it died")
 
 
 def test_hostile_names_do_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
