@@ -385,5 +385,5 @@ def identify_many(
     begin, target = monotonic(), Path(folder)
     springs, left_out = find_springs([sources] if isinstance(sources, str | os.PathLike) else sources, target)
     done = lambda files: progress("Identifying", files, len(springs))  # noqa: E731
-    batch = identify_batch(springs, target, work, placing.runner, amplitude, done, placing.notify)
+    batch = identify_batch(springs, target, work, placing, amplitude, done)
     return ManyResult(target, batch, left_out, monotonic() - begin)

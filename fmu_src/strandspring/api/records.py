@@ -19,7 +19,7 @@ from ..kernel.arrays import FloatArray, IndexArray
 from ..kernel.path import PathSolver
 from ..loops.cycles import measured_loops
 from ..loops.reading import Reading
-from ..peers.ni import PAPER_NI, sine_period, with_noise
+from ..peers.ni import PAPER_NI, sine_period, steady_force, with_noise
 from ..records.record import Record
 from .common.given import Source, given_records, outside
 from .common.model_source import ModelSource, model_of
@@ -171,7 +171,7 @@ def synthesize(model: ModelSource, amplitudes: ArrayLike | None = None, *, sampl
         sample = _samples(cycles, sampling)
         ni = PAPER_NI if sampling.exponent is None else replace(PAPER_NI, n=sampling.exponent)
         period = sine_period(1e3 * amplitude, sampling.samples)
-        force = np.tile(ni.steady_force(period), cycles)
+        force = np.tile(steady_force(ni, period), cycles)
         return _measured(
             "<Ni's model>", np.tile(period, cycles), force, 2.0 * np.pi * sample / sampling.samples, sampling
         )

@@ -20,9 +20,10 @@ from ...findings import CAUTIONS, Finding, Outcome, Severity, of_severity, words
 from ...ground.files import readable, reason_of, refuse_unwritable, replacing, write_csv, write_text
 from ...kernel.arrays import FloatArray
 from ...model.joint import HYSTERETIC_UNITS
-from ..jobs.options import Cluster
+from ..jobs.cluster import runner_of
+from ..jobs.options import Workers
 from ..jobs.rowlog import RowLog
-from ..jobs.runners import Runner, finished_rows
+from ..jobs.runners import finished_rows
 from .figures_in_batch import FEWEST, FIGURES, JUDGED, common_amplitude, figures_at, outlying
 from .sources import COLUMNAR_TABLE, JOURNAL, TABLE, SpringFile
 from .spring_row import IDENTIFIED, UNREADABLE, BatchWork, Finished, SpringRow, digest
@@ -121,10 +122,9 @@ def identify_batch(
     springs: Sequence[SpringFile],
     folder: Path,
     work: BatchWork,
-    runner: Runner,
+    placing: Workers,
     amplitude: float | None = None,
     progress: Callable[[int], None] = lambda _: None,
-    notify: Callable[[str], None] = lambda _: None,
 ) -> BatchSummary:
     """Identify the files that are not yet in the journal of the folder, and write the table of all.
 
@@ -133,10 +133,9 @@ def identify_batch(
     springs : sequence of SpringFile
     folder : Path              Of the results.
     work : BatchWork
-    runner : Runner
+    placing : Workers
     amplitude : float or None  Of the engineering figures [m]; the largest that all springs have in common if None.
     progress : callable        Called with the number of finished files; first with that of earlier runs.
-    notify : callable          Called with sentences while the batch runs.
 
     Returns
     -------
@@ -151,16 +150,18 @@ def identify_batch(
     log = SpringLog(folder, springs)
     try:
         if log.dropped:
-            notify(f"{log.name}: {log.dropped_sentence}; their files are identified again.")
+            placing.notify(f"{log.name}: {log.dropped_sentence}; their files are identified again.")
         if changed := log.forget_changed(springs, work.settings):
-            notify(f"{changed} files were identified with other options or another version; they are identified anew.")
+            placing.notify(
+                f"{changed} files were identified with other options or another version; they are identified anew."
+            )
         earlier = log.finished
         progress(earlier)
         remaining = [spring for place, spring in enumerate(springs) if place not in log]
-        finished = finished_rows(work, remaining, runner, notify, work.fatal)
+        finished = finished_rows(work, remaining, runner_of(placing), placing.notify, work.fatal)
         with closing(finished) as batches:
             for batch in batches:
-                log.add([_kept(row, log, is_far=isinstance(runner, Cluster)) for row in batch])
+                log.add([_kept(row, log, is_far=placing.scheduler is not None) for row in batch])
                 progress(log.finished)
         return _written(log, len(springs), earlier, folder, amplitude)
     except StrandspringError as problem:
