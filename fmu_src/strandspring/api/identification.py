@@ -60,11 +60,6 @@ class Identification(IdentifiedModel, PlottedResult):
 
     _stated: ClassVar = {"notes": NOTES}  # cautions are outcomes
 
-    @property
-    def all_findings(self) -> tuple[Finding, ...]:
-        """The findings, and those of the records beside."""
-        return (*self.findings, *self.record_findings)
-
     @cached_property
     def campaign(self) -> tuple[RateIndependence | None, Overlap | None]:
         """Whether the rate matters, and loading paths overlap; `info` tells that of one record."""
@@ -80,7 +75,7 @@ class Identification(IdentifiedModel, PlottedResult):
         return Spring.from_model(self.model_file(name, description))
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
-        """The verdict, how well each record is followed, and parameters; then loops and the campaign."""
+        """The verdict, how records are followed, and parameters; then loops and the campaign."""
         yield from self._alone(brief)
         if not brief:
             yield from (found.sentence for found in self.campaign if found is not None)
@@ -99,7 +94,7 @@ class Identification(IdentifiedModel, PlottedResult):
             return
         if interval := ForceInterval.from_uncertainty(self.uncertainty):
             yield f"  {interval.sentence}"
-        yield from (f"  {sentence}" for sentence in self.uncertainty.get("indistinct") or ())
+        yield from (f"  {pair}" for pair in self.uncertainty.get("indistinct") or ())
         yield loop_table(self.recorded)
         if self.certainty is not None:
             lack, unrecorded = self.certainty.lack, self.certainty.unrecorded
@@ -198,8 +193,8 @@ def identify(
 
     Raises
     ------
-    IdentificationError   With an `Outcome`, if no possible spring has made the records, it follows them worse than a
-                          straight line does, or no class meets its certificate.
+    IdentificationError   With an `Outcome`, if no possible spring has made the records, a straight
+                          line follows them better, or no class meets its certificate.
     RecordError           If data are no records, one is given twice, or does not suit the method.
     ValueError            If no record is given, or the method is unknown.
     TypeError             If options exclude each other, or are of another type.
@@ -353,7 +348,7 @@ def identify_many(
     fitting : Fitting           Which method identifies the springs; or its fields as keywords.
     amplitude : float or None   Of the loops compared [m]; the largest that all springs have if None.
     placing : Workers           Where that is done, on all cores by default; or its fields as keywords.
-    progress : callable         Called with what is being done, the files finished, and their number.
+    progress : callable         Called with what is done, the files finished, and their number.
 
     Raises
     ------

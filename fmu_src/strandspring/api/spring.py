@@ -38,7 +38,7 @@ Made = TypeVar("Made")
 Quantity: TypeAlias = Literal["force", "stiffness", "absorbed_energy"]
 
 _HYSTERETIC = {"kappa_omega", "rho", "sigma", "n"}
-_CHUNKS = 4  # for each thread, so that all finish at about the same time
+_CHUNKS = 4  # for each thread, so that all finish together
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +240,7 @@ def _possible(base: SpringParameters, columns: Mapping[str, FloatArray], impossi
 
 @dataclass(frozen=True)
 class _Method(Generic[Made]):
-    """A function of the package as a method; its module is loaded when it is asked for."""
+    """A function of the package as a method, loaded when it is asked for."""
 
     function: Callable[[], Callable[..., Made]]
 
@@ -259,7 +259,7 @@ class Spring:
 
     Raises
     ------
-    ModelError          If the name is not an identifier, or the description has control characters.
+    ModelError          If the name is not an identifier, or the description is not plain text.
     TypeError           If the parameters are something else.
 
     Examples

@@ -1,4 +1,4 @@
-"""What the methods of identification are and return, and the stages that they go through."""
+"""Methods of identification, what they return, and the stages that they go through."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ from .verdict import Verdict, groups
 _SEARCHED = 900  # rows on which classes are compared
 
 
-def candidates(options: RefinedOptions, samples: Samples, where: str) -> Iterator[Fitted]:  # noqa: ARG001 - all suit it
+def candidates(options: RefinedOptions, samples: Samples, where: str) -> Iterator[Fitted]:  # noqa: ARG001
     """The springs of the classes by their held-out errors, the best first."""
     begin(Stage.SEARCHING)
     refinement, samples = _Refinement(options), _turning(samples)

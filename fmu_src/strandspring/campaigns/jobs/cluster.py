@@ -39,7 +39,7 @@ _ENCRYPTED = ("tls", "wss", "inproc")
 
 
 def runner_of(placing: Workers) -> Runner:
-    """What executes tasks where it is to be: processes of this machine, or a cluster."""
+    """Processes of this machine, or the workers of a cluster."""
     if placing.scheduler is None:
         return partial(local_pool, placing.workers)
     cluster = Cluster(placing.scheduler) if isinstance(placing.scheduler, str) else placing.scheduler
