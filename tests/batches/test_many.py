@@ -20,7 +20,7 @@ from strandspring.campaigns.batches.batch import identify_batch
 from strandspring.campaigns.batches.figures_in_batch import modified_z
 from strandspring.campaigns.batches.sources import SpringFile, find_springs
 from strandspring.campaigns.batches.spring_row import BatchWork, Finished
-from strandspring.campaigns.jobs.runners import Local
+from strandspring.campaigns.jobs.options import Workers
 from strandspring.errors import JobError
 from strandspring.loops.reading import Reading
 
@@ -209,12 +209,12 @@ def test_a_worker_that_dies_costs_its_file_only(few: Path, dies_once: bool) -> N
     if dies_once:
         (few / "once").touch()
     found, _ = find_springs([few], few / "models")
-    summary = identify_batch(found, few / "models", DeadlyWork(FAST, Reading()), Local(2))
+    summary = identify_batch(found, few / "models", DeadlyWork(FAST, Reading()), Workers(2))
     assert dict(summary.statuses) == ({"identified": 4} if dies_once else {"identified": 3, "failed": 1})
     if not dies_once:
-        ((file, _, reason),) = summary.problems
-        assert Path(file).name == "deadly.csv"
-        assert reason.startswith("The process that identified it died")
+        (problem,) = summary.problems
+        assert Path(problem["file"]).name == "deadly.csv"
+        assert problem["reason"].startswith("The process that identified it died")
 
 
 def test_hostile_names_do_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,6 +26,7 @@ from strandspring import (
     verify,
 )  # fmt: skip
 from strandspring.errors import ModelError
+from strandspring.identification import refined
 from strandspring.identification.options import Method
 from strandspring.model.certificate import Driven, ForceRange, shortcoming
 from strandspring.model.modelfile import load_model
@@ -105,19 +106,18 @@ def test_springs_of_the_class_meet_their_certificate_and_what_a_record_does_not_
 
 
 class Absurd(Method):
-    """Gives springs that leave the record, and at last one that does not, unless degrees are given."""
+    name, module = "absurd", __name__
 
-    name = "absurd"
 
-    def candidates(self, samples: Any, where: Any) -> Iterator[Any]:
-        """The refined fit with 100 times the force at a degree of its own, twice, before it as it is."""
-        fitted = next(RefinedOptions(degrees=(1, 0)).candidates(samples, where))
-        p = fitted.parameters
-        swing = 100.0 * p.kappa_omega / p.x_max**2
-        absurd = replace(fitted, parameters=replace(p, kE=(p.kE[0] - swing * p.x_max**2, *p.kE[1:2], swing)))
-        yield from (absurd, absurd)
-        if self.degrees is None:
-            yield fitted
+def candidates(options: Absurd, samples: Any, where: str) -> Iterator[Any]:
+    """The refined fit with 100 times the force, twice, and as it is unless degrees are given."""
+    fitted = next(refined.candidates(RefinedOptions(degrees=(1, 0)), samples, where))
+    p = fitted.parameters
+    swing = 100.0 * p.kappa_omega / p.x_max**2
+    absurd = replace(fitted, parameters=replace(p, kE=(p.kE[0] - swing * p.x_max**2, *p.kE[1:2], swing)))
+    yield from (absurd, absurd)
+    if options.degrees is None:
+        yield fitted
 
 
 def test_the_next_class_is_saved_and_said_or_the_records_are_refused() -> None:

@@ -20,8 +20,7 @@ import numpy as np
 import pytest
 
 from journal_content import execute, rows_in
-from strandspring.campaigns.jobs.options import Cluster
-from strandspring.campaigns.jobs.runners import Local, Runner
+from strandspring.campaigns.jobs.options import Workers
 from strandspring.campaigns.studies.definition import Study
 from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
@@ -115,7 +114,7 @@ def test_a_run_tells_what_isolate_does() -> None:
 def expected(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The results of CHEAP, one run after the other."""
     path = tmp_path_factory.mktemp("serial") / "results.csv"
-    run_study(CHEAP, path, Local(1))
+    run_study(CHEAP, path, Workers())
     return path.read_bytes()
 
 
@@ -132,14 +131,14 @@ def half_done(results: Path) -> Path:
         raise IsolationError("Enough.")
 
     with pytest.raises(IsolationError, match=r"Enough\. 20 of 60 runs are kept"):
-        run_study(CHEAP, results, Local(1), Counter(20, stop))
+        run_study(CHEAP, results, Workers(), Counter(20, stop))
     return results
 
 
 def goes_on(results: Path, kept: int | None, expected: bytes) -> list[str]:
     """The study is finished from so many runs, with the same bytes, and leaves nothing beside its results."""
     counter, notes = Counter(), list[str]()
-    run_study(CHEAP, results, Local(1), counter, notes.append)
+    run_study(CHEAP, results, Workers(notify=notes.append), counter)
     assert counter.first is not None
     assert (counter.first >= 20) if kept is None else (counter.first == kept)
     assert counter.last == len(CHEAP)
@@ -153,19 +152,19 @@ def test_processes_and_a_cluster_that_loses_a_worker_give_the_same_bytes(expecte
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         victim = cluster.workers[0].process.pid
-        runners: list[tuple[Runner, Counter]] = [
-            (Local(2), Counter()),
-            (Cluster(cluster.scheduler_address), Counter(20, lambda: os.kill(victim, signal.SIGKILL))),
+        here_or_there = [
+            (Workers(2), Counter()),
+            (Workers(scheduler=cluster.scheduler_address), Counter(20, lambda: os.kill(victim, signal.SIGKILL))),
         ]
-        for k, (runner, counter) in enumerate(runners):
+        for k, (placing, counter) in enumerate(here_or_there):
             results = tmp_path / f"new {k}" / "results.csv"
-            run_study(CHEAP, results, runner, counter)
+            run_study(CHEAP, results, placing, counter)
             assert (counter.first, counter.last) == (0, len(CHEAP))
             assert results.read_bytes() == expected
             assert list(results.parent.iterdir()) == [results]
         drawn, found = system_study({"body.box.mass": "15 kg:25 kg:2"}, candidates="standard"), []
-        for runner in (Local(1), Cluster(cluster.scheduler_address)):
-            run_study(drawn, tmp_path / "system.csv", runner)
+        for placing in (Workers(), Workers(scheduler=cluster.scheduler_address)):
+            run_study(drawn, tmp_path / "system.csv", placing)
             found.append((tmp_path / "system.csv").read_bytes())
         assert found[0] == found[1]
 
@@ -177,7 +176,7 @@ def test_a_worker_process_that_dies_costs_no_finished_run(expected: bytes, resul
         next(child for child in multiprocessing.active_children() if child not in others).kill()
 
     with pytest.raises(IsolationError, match=r"A worker process died, .*\. \d+ of 60 runs are kept in .*part.sqlite"):
-        run_study(CHEAP, results, Local(2), Counter(20, kill_one))
+        run_study(CHEAP, results, Workers(2), Counter(20, kill_one))
     assert multiprocessing.active_children() == others
     goes_on(results, None, expected)
 
@@ -195,7 +194,7 @@ def test_a_worker_process_that_dies_costs_no_finished_run(expected: bytes, resul
 def test_the_journal_of_another_study_is_refused(half_done: Path, change: dict[str, Any], told: str) -> None:
     before = journal_path(half_done).read_bytes()
     with pytest.raises(IsolationError, match=told):
-        run_study(replace(CHEAP, **change), half_done, Local(1))
+        run_study(replace(CHEAP, **change), half_done, Workers())
     assert journal_path(half_done).read_bytes() == before
 
 
@@ -238,7 +237,7 @@ def test_a_damaged_or_foreign_file_is_refused_and_left_as_it_is(half_done: Path,
         journal.write_bytes(damage(journal.read_bytes()))
     changed = journal.read_bytes()
     with pytest.raises(IsolationError, match=told):
-        run_study(CHEAP, half_done, Local(1))
+        run_study(CHEAP, half_done, Workers())
     assert journal.read_bytes() == changed
     assert [path for path in half_done.parent.iterdir() if path.name.startswith("results")] == [journal]
 
@@ -252,7 +251,7 @@ def test_a_rollback_journal_that_names_another_file_is_not_followed(half_done: P
     end = struct.pack(">I", 262145) + name + struct.pack(">II", len(name), sum(name)) + header[:8]
     Path(f"{journal}-journal").write_bytes(header.ljust(512, b"\0") + end)
     with pytest.raises(IsolationError, match=r"part.sqlite-journal was not written by strandspring; move it away"):
-        run_study(CHEAP, half_done, Local(1))
+        run_study(CHEAP, half_done, Workers())
     assert precious.read_text() == "mine"
 
 
@@ -261,7 +260,7 @@ def test_a_rollback_journal_that_names_another_file_is_not_followed(half_done: P
 def test_a_journal_must_be_a_regular_file(suffix: str, kind: Callable[[Path], object], results: Path) -> None:
     kind(Path(f"{journal_path(results)}{suffix}"))
     with pytest.raises(IsolationError, match="is a folder or a device; move it away, or write elsewhere"):
-        run_study(CHEAP, results, Local(1))
+        run_study(CHEAP, results, Workers())
 
 
 @pytest.mark.parametrize("limit", [100, 6000, 30000, 60000])
@@ -270,7 +269,7 @@ def test_a_full_disk_costs_nothing_that_is_finished(limit: int, expected: bytes,
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
     try:
         with pytest.raises(IsolationError, match=r"cannot be written: (disk I/O error|File too large); "):
-            run_study(CHEAP, results, Local(1))
+            run_study(CHEAP, results, Workers())
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     kept = rows_in(journal_path(results))

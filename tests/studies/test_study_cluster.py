@@ -16,8 +16,7 @@ import pytest
 
 from strandspring.campaigns.jobs import cluster as cluster_module
 from strandspring.campaigns.jobs import runners
-from strandspring.campaigns.jobs.options import Cluster
-from strandspring.campaigns.jobs.runners import Local
+from strandspring.campaigns.jobs.options import Cluster, Workers
 from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
 from strandspring.errors import IsolationError, JobError
@@ -56,7 +55,7 @@ def machines() -> Iterator[tuple[Process, str, Process]]:
 def expected(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The results of STUDY, one run after the other."""
     path = tmp_path_factory.mktemp("serial") / "results.csv"
-    run_study(STUDY, path, Local(1))
+    run_study(STUDY, path, Workers())
     return path.read_bytes()
 
 
@@ -83,17 +82,17 @@ def test_a_study_gives_up_in_words_and_is_finished_elsewhere(
 ) -> None:
     scheduler, address, worker = machines
     results, notes, counter = tmp_path / "r.csv", list[str](), Counter()
-    cluster = Cluster(address, patience=2.0, notify=notes.append)
+    cluster = Workers(scheduler=Cluster(address, patience=2.0), notify=notes.append)
     disturb = Counter(20, lambda: (worker if is_worker else scheduler).send_signal(end))
     with pytest.raises(IsolationError) as refusal:
-        run_study(STUDY, results, cluster, disturb, cluster.notify)
+        run_study(STUDY, results, cluster, disturb)
     said, told = str(refusal.value), problem.format(address)
     assert told in said
     if end is signal.SIGSTOP:
         assert "given up after 2 s. " in said
         assert [note.startswith(told) for note in notes] == [True]
     assert [results.exists(), journal_path(results).exists()] == [False, True]
-    run_study(STUDY, results, Local(1), counter)
+    run_study(STUDY, results, Workers(), counter)
     assert (counter.first or 0) >= 20
     assert results.read_bytes() == expected
 
@@ -134,17 +133,17 @@ def test_tls_by_options_and_by_the_configuration_of_dask(
     with LocalCluster(protocol="tls://", host="127.0.0.1", security=security, **options) as machines:
         address = machines.scheduler_address
         assert address.startswith("tls://")
-        run_study(STUDY, tmp_path / "r.csv", Cluster(address, ca, cert, key))
+        run_study(STUDY, tmp_path / "r.csv", Workers(scheduler=Cluster(address, ca, cert, key)))
         for cluster, told in (
             (Cluster(address), f"{address} needs certificates: those of the authority"),
             (Cluster(address, certificates["other"], cert, key), "No scheduler answers"),
             (Cluster(address.replace("tls://", "tcp://")), "or tls://host:8786 if it has TLS"),
         ):
             with pytest.raises(IsolationError, match=told):
-                run_study(STUDY, tmp_path / "none.csv", cluster)
+                run_study(STUDY, tmp_path / "none.csv", Workers(scheduler=cluster))
         configured = {"ca-file": ca, "client.cert": cert, "client.key": key}
         with dask.config.set({f"distributed.comm.tls.{name}": path for name, path in configured.items()}):
-            run_study(STUDY, tmp_path / "s.csv", Cluster(address))
+            run_study(STUDY, tmp_path / "s.csv", Workers(scheduler=address))
     assert (tmp_path / "r.csv").read_bytes() == (tmp_path / "s.csv").read_bytes() == expected
 
 
@@ -155,17 +154,18 @@ def test_certificates_and_addresses_that_cannot_be_used_are_refused(
         "no such file": ("ca", "cert", "none"), r"cannot be used \(": ("empty", "cert", "key"),
         "have no passphrase": ("ca", "cert", "locked"), "must belong to the certificate": ("ca", "other", "key"),
     }.items():  # fmt: skip
+        placing = Workers(scheduler=Cluster("tls://127.0.0.1:1", *map(certificates.get, names)))
         with pytest.raises(IsolationError, match=words):
-            run_study(CHEAP, tmp_path / "r.csv", Cluster("tls://127.0.0.1:1", *map(certificates.get, names)))
+            run_study(CHEAP, tmp_path / "r.csv", placing)
     with pytest.raises(JobError, match=r"Certificates need a scheduler with TLS, .*begins with tls://"):
         Cluster("tcp://127.0.0.1:1", certificates["ca"])
     monkeypatch.setattr(cluster_module, "_CONNECTING", 0.2)
     for address, is_open in (("tcp://192.0.2.1:8786", True), ("host.invalid:8786", True), ("tcp://[::1]:1", False)):
         notes: list[str] = []
         with pytest.raises(IsolationError, match="No scheduler answers at"):
-            run_study(CHEAP, tmp_path / "new" / "r.csv", Cluster(address, notify=notes.append))
+            run_study(CHEAP, tmp_path / "new" / "r.csv", Workers(scheduler=address, notify=notes.append))
         assert [f"{address} has no TLS, and anyone who can reach that" in note for note in notes] == [True] * is_open
         assert not (tmp_path / "new").exists()
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(IsolationError, match=r'install it with pip install "strandspring\[cluster\]"'):
-        run_study(CHEAP, tmp_path / "r.csv", Cluster("tcp://127.0.0.1:1"))
+        run_study(CHEAP, tmp_path / "r.csv", Workers(scheduler="tcp://127.0.0.1:1"))

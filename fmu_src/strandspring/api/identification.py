@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -23,6 +24,7 @@ from ..ground.result_columns import ResultColumn
 from ..identification.identified import IdentifiedModel
 from ..identification.identify import identify_records
 from ..identification.options import Method
+from ..loops.campaign import Overlap, RateIndependence, campaign_verdicts
 from ..loops.reading import Reading
 from ..model.joint import HYSTERETIC_UNITS, ForceInterval
 from ..model.stated_figures import differ, effects_in_words, in_words
@@ -30,7 +32,7 @@ from .common.given import Source, given_records
 from .common.model_source import Progress, unseen
 from .common.result import PlottedResult, picked
 from .common.table import Table
-from .common.text import counted, fit_table, loop_table, parameter_table, shape_of
+from .common.text import counted, fit_table, loop_table, parameter_table, shape_of, verdict_json
 from .options import Fitting
 from .spring import Spring
 
@@ -41,38 +43,30 @@ if TYPE_CHECKING:
     from ..campaigns.batches.batch import BatchSummary
     from ..report import ReportDetails
 
-_PROBLEMS = (
-    ResultColumn("file", "", "file", "file"),
-    ResultColumn("status", "", "status", "status"),
-    ResultColumn("reason", "", "reason", "reason"),
-)
-_MEDIANS = (
-    ResultColumn("figure", "", "figure", "figure"),
-    ResultColumn("median", "", "median", "median"),
-    ResultColumn("unit", "", "unit", "unit"),
+_PROBLEMS = [ResultColumn(name, "", name, name) for name in ("file", "status", "reason")]
+_MEDIANS = [
+    *(ResultColumn(name, "", name, name) for name in ("figure", "median", "unit")),
     ResultColumn("scatter", "1", "scatter", "+-", "%", 100.0, 2),
-)
-_OUTLIERS = (ResultColumn("file", "", "file", "file"), ResultColumn("figures", "", "figures", "outlying in"))
+]
+_OUTLIERS = [
+    ResultColumn("file", "", "file", "file"),
+    ResultColumn("figures", "", "figures", "outlying in"),
+]
 _UNITS = {**FIGURES, **HYSTERETIC_UNITS, "rmse": "N"}
 
 
 class Identification(IdentifiedModel, PlottedResult):
-    """An identified spring with its figures and its origin; the attributes are those of `IdentifiedModel`."""
+    """An identified spring; the attributes are those of `IdentifiedModel`."""
 
     _stated: ClassVar = {"notes": NOTES}  # cautions are outcomes
 
-    @property
-    def all_findings(self) -> tuple[Finding, ...]:
-        """The findings, and those of the records beside."""
-        return (*self.findings, *self.record_findings)
-
-    @classmethod
-    def from_model(cls, model: IdentifiedModel) -> Identification:
-        """The same content with what people ask of it."""
-        return cls(**{field.name: getattr(model, field.name) for field in fields(IdentifiedModel)})
+    @cached_property
+    def campaign(self) -> tuple[RateIndependence | None, Overlap | None]:
+        """Whether the rate matters, and loading paths overlap; `info` tells that of one record."""
+        return campaign_verdicts(self.records) if len(self.records) > 1 else (None, None)
 
     def spring(self, name: str = "spring", description: str = "") -> Spring:
-        """The spring with its figures and provenance, ready to respond, to save and to build an FMU from.
+        """The spring with its figures and provenance.
 
         Raises
         ------
@@ -81,7 +75,13 @@ class Identification(IdentifiedModel, PlottedResult):
         return Spring.from_model(self.model_file(name, description))
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
-        """The verdict, how well the spring follows each record, and parameters; then the loops and what is missed."""
+        """The verdict, how records are followed, and parameters; then loops and the campaign."""
+        yield from self._alone(brief)
+        if not brief:
+            yield from (found.sentence for found in self.campaign if found is not None)
+
+    def _alone(self, brief: bool) -> Iterator[str | Table]:
+        """The parts without the test campaign, of which reports tell at their head."""
         if self.verdict is not None:
             yield str(self.verdict)
         if not brief:
@@ -94,7 +94,7 @@ class Identification(IdentifiedModel, PlottedResult):
             return
         if interval := ForceInterval.from_uncertainty(self.uncertainty):
             yield f"  {interval.sentence}"
-        yield from (f"  {sentence}" for sentence in self.uncertainty.get("indistinct") or ())
+        yield from (f"  {pair}" for pair in self.uncertainty.get("indistinct") or ())
         yield loop_table(self.recorded)
         if self.certainty is not None:
             lack, unrecorded = self.certainty.lack, self.certainty.unrecorded
@@ -106,6 +106,7 @@ class Identification(IdentifiedModel, PlottedResult):
 
     def content(self) -> dict[str, Any]:
         """Method, parameters with their uncertainty, and what the model file holds of the fit."""
+        rate, overlap = map(verdict_json, self.campaign)
         return {
             **picked(self, "method", "options"),
             "parameters": self.parameters.as_dict(),
@@ -116,11 +117,13 @@ class Identification(IdentifiedModel, PlottedResult):
             "records": [
                 {"path": fit.path, **fit.as_json(fitted)} for fit, fitted in zip(self.fits, self.fitted, strict=True)
             ],
+            "rate_independence": rate,
+            "overlap": overlap,
         }
 
     @property
     def table(self) -> Table:
-        """The parameters with unit, value, standard error and 95 % interval, one in each row; NaN where unknown."""
+        """One parameter in each row, with standard error and 95 % interval; NaN where unknown."""
         return parameter_table(self.parameters, self.uncertainty, in_files=True)
 
     def to_frame(self) -> pd.DataFrame:
@@ -128,38 +131,36 @@ class Identification(IdentifiedModel, PlottedResult):
         return self.table.frame().set_index("parameter")
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the measured and predicted loops into axes of matplotlib, those of a new figure if None.
-
-        `strandspring.report.figure.plot_chart` draws residuals, branches, figures over the amplitude and more.
-        """
+        """Draw measured and predicted loops, in new axes if None; `report.figure` has more charts."""
         from ..report.figure import plot_chart
 
         return plot_chart(self, ax=self._axes(ax)[0])
 
-    def report(self, path: str | Path, name: str = "spring", details: ReportDetails | None = None) -> None:
+    def report(
+        self, path: str | Path, name: str = "spring", details: ReportDetails | None = None, description: str = ""
+    ) -> None:
         """Write a report: a page (.html) that opens offline; print it from a browser for a PDF.
 
         Parameters
         ----------
         path : str or Path
-        name : str               Of the spring.
+        name, description : str           Of the spring.
         details : ReportDetails or None   Date, operator, specimen and further lines.
 
         Raises
         ------
-        StrandspringError        If the ending is another, or the file cannot be written.
+        StrandspringError   If the ending is another, or the file cannot be written.
 
         Examples
         --------
-        >>> from pathlib import Path
         >>> from tempfile import TemporaryDirectory
         >>> from strandspring import bundled_record, identify
         >>> with TemporaryDirectory() as folder:
-        ...     identify(bundled_record(), reverse="displacement").report(Path(folder) / "hinge.html")
+        ...     identify(bundled_record(), reverse="displacement").report(f"{folder}/hinge.html")
         """
         from ..report.identification_page import write_report
 
-        write_report(path, self, self.model_file(name), self.parts(brief=False), details)
+        write_report(path, self, self.model_file(name, description), self._alone(brief=False), details)
 
 
 @takes(reading=Reading, fitting=Fitting)
@@ -174,35 +175,29 @@ def identify(
 ) -> Identification:
     """Identify one spring from one or more records.
 
-    The verdict of the result says how far the spring predicts strokes that it was not fitted to, and whether plain
-    models do better; the findings say what the records show beside, and what to do.
+    The verdict of the result says how far the spring predicts strokes that it was not fitted to.
 
     Parameters
     ----------
     data : path, Record, DataFrame, a sequence of these, or array_like, shape (K,)
         Records of one spring, or the displacement as an array.
     force, time : array_like, shape (K,), or the column as a name or a number from 1
-        Arrays with an array of displacement; columns with files and tables, which are found by name or unit if None.
+        Arrays beside an array; columns of files and tables, which are found by name or unit if None.
     displacement : array_like or the column of displacement   Likewise.
     reading : Reading
-        How the records are read and what of them is used; or its fields as keywords, such as `units` and `reverse`.
-        Where no unit is given, it is the one in the name of a column or a Series, such as "x [mm]"; else files are in
-        mm, N and s, and arrays and DataFrames in m, N and s, with displacements within +-0.5 m. `summary` says what
-        was assumed.
+        How records are read and what of them is used; or its fields as keywords, such as `units`.
+        Where neither these nor names such as "x [mm]" give units, files are in mm, N and s, other
+        data in m, N and s.
     fitting : Fitting
-        Which method identifies the spring; or its fields as keywords: `method`, or `options` of one; and `save_anyway`.
-
-    Returns
-    -------
-    Identification
+        Which method identifies the spring; or its fields as keywords, such as `method`.
 
     Raises
     ------
-    IdentificationError   With an `Outcome`, if no physically possible spring can have made the records, the spring
-                          alone follows them worse than a straight line does, or no class meets its certificate.
-    RecordError           If the data are no records, a record is given twice, or does not suit the method.
+    IdentificationError   With an `Outcome`, if no possible spring has made the records, a straight
+                          line follows them better, or no class meets its certificate.
+    RecordError           If data are no records, one is given twice, or does not suit the method.
     ValueError            If no record is given, or the method is unknown.
-    TypeError             If `method` and `options` are given, or `save_anyway` is not a truth value.
+    TypeError             If options exclude each other, or are of another type.
 
     Examples
     --------
@@ -216,7 +211,8 @@ def identify(
     if isinstance(force, Method):
         force, fitting = None, replace(fitting, options=force)
     records = given_records(data, force, time, displacement, reading)
-    return Identification.from_model(identify_records(records, fitting.chosen, fitting.save_anyway))
+    model = identify_records(records, fitting.chosen, fitting.save_anyway)
+    return Identification(**{field.name: getattr(model, field.name) for field in fields(model)})
 
 
 @dataclass(frozen=True, repr=False)
@@ -241,32 +237,32 @@ class ManyResult(PlottedResult):
     @property
     def is_complete(self) -> bool:
         """Whether every spring was identified."""
-        return self.batch.statuses[IDENTIFIED] == self.batch.files
+        return not self.problem
 
     @property
     def problem(self) -> str:
         """One sentence about the files that are not identified; empty without any."""
-        statuses, files = self.batch.statuses, counted(self.batch.files, "spring")
-        others = [f"{statuses[status]} {status}" for status in STATUSES if status != IDENTIFIED and statuses[status]]
-        count = self.batch.files - statuses[IDENTIFIED]
+        others = {status: self.batch.statuses[status] for status in STATUSES if status != IDENTIFIED}
+        count, files = sum(others.values()), counted(self.batch.files, "spring")
+        if not count:
+            return ""
         are = "is" if count == 1 else "are"
-        return f"{count} of {files} {are} not identified ({', '.join(others)}); {TABLE} says why." if count else ""
+        why = ", ".join(f"{number} {status}" for status, number in others.items() if number)
+        return f"{count} of {files} {are} not identified ({why}); {TABLE} says why."
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - the tables of files hold the rest
         """How many were identified, what was wrong with the others, medians, and outliers."""
-        batch = self.batch
-        identified, earlier = batch.statuses[IDENTIFIED], ""
-        if batch.earlier:
-            earlier = f"; {counted(batch.earlier, 'file')} finished by an earlier run"
+        batch, identified = self.batch, self.batch.statuses[IDENTIFIED]
+        earlier = f"; {counted(batch.earlier, 'file')} finished by an earlier run" if batch.earlier else ""
         yield f"{identified} of {counted(batch.files, 'spring')} identified ({self.seconds:.3g} s){earlier}"
-        yield self._problems
+        yield Table(_PROBLEMS, batch.problems)
         yield from _more(batch.files - identified - len(batch.problems))
         if batch.amplitude is not None:
             at = f"Median at an amplitude of {1e3 * batch.amplitude:.4g} mm, with the scatter over the batch:"
-            rows = [{"figure": name, "unit": _UNITS[name], **figures} for name, figures in self._figures.items()]
+            rows = [{"figure": name, "unit": _UNITS[name], **figures} for name, figures in batch.figures.items()]
             yield Table(_MEDIANS, rows, at)
         if batch.short_count:
-            yield f"{counted(batch.short_count, 'spring')} not tested at this amplitude, first: {batch.short[0]}"
+            yield f"{counted(batch.short_count, 'spring')} not tested at this amplitude, first: {batch.short}"
         if not batch.judged:
             yield f"Outliers are looked for among {FEWEST} identified springs or more."
             return
@@ -274,16 +270,6 @@ class ManyResult(PlottedResult):
         yield f"Outliers: {batch.outlier_count or 'none'} ({rule})"
         yield Table(_OUTLIERS, [{"file": file, "figures": ", ".join(names)} for file, names in batch.outliers.items()])
         yield from _more(batch.outlier_count - len(batch.outliers))
-
-    @property
-    def _problems(self) -> Table:
-        return Table(
-            _PROBLEMS, [dict(zip(("file", "status", "reason"), row, strict=True)) for row in self.batch.problems]
-        )
-
-    @property
-    def _figures(self) -> dict[str, Any]:
-        return {name: {"median": middle, "scatter": scatter} for name, (middle, scatter) in self.batch.middle.items()}
 
     def sentences(self, severities: Collection[Severity], reader: Reader, brief: bool = False) -> tuple[str, ...]:
         """What was assumed, and cautions of the identifications, each with the number of files."""
@@ -298,23 +284,17 @@ class ManyResult(PlottedResult):
         return Table(columns, frame.where(frame.notna(), None).to_dict("records"))
 
     def to_frame(self) -> pd.DataFrame:
-        """The table, one file in each row.
-
-        Text that a spreadsheet would take for a formula is preceded by an apostrophe, as in the CSV file.
-        """
+        """The same; an apostrophe precedes text that a spreadsheet would take for a formula."""
         import pandas as pd
 
         # Only empty cells are unknown: a file may be called NA.csv.
         return pd.read_csv(self.batch.table, keep_default_na=False, na_values=[""], dtype={"file": str, "reason": str})
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the energy of each spring's loop against its secant stiffness at the common amplitude, outliers in red,
-        into axes of matplotlib, those of a new figure if None.
-        """
-        (axes,) = self._axes(ax)
-        table = self.to_frame()
-        is_outlier = table["outlier"].notna()
-        for color, label, rows in (("C0", "springs", table[~is_outlier]), ("C3", "outliers", table[is_outlier])):
+        """Draw energy over secant stiffness at the common amplitude; in new axes if None."""
+        (axes,), frame = self._axes(ax), self.to_frame()
+        for is_outlier, rows in frame.groupby(frame["outlier"].notna()):
+            color, label = ("C3", "outliers") if is_outlier else ("C0", "springs")
             stiffness, energy = rows["secant stiffness [N/m]"], rows["energy per cycle [J]"]
             axes.plot(1e-3 * stiffness, energy, "o", color=color, label=label)
         at = "" if self.batch.amplitude is None else f" at {1e3 * self.batch.amplitude:.4g} mm"
@@ -327,11 +307,8 @@ class ManyResult(PlottedResult):
         batch = self.batch
         return {
             "folder": self.folder,
-            **picked(batch, "table", "columnar_table", "files", "earlier"),
+            **picked(batch, "table", "columnar_table", "files", "earlier", "problems", "amplitude", "figures"),
             "statuses": {status: batch.statuses[status] for status in STATUSES},
-            "problems": self._problems,
-            "amplitude": batch.amplitude,
-            "figures": self._figures,
             "short": batch.short_count,
             "outliers": {"count": batch.outlier_count if batch.judged else None, "first": batch.outliers},
             "cautions": batch.found.as_json(CAUTIONS),
@@ -358,50 +335,41 @@ def identify_many(
 ) -> ManyResult:
     """Identify many springs, each from a file of its own, on all cores.
 
-    One damaged file does not stop the others. The folder gets a model file of each spring, and `springs.csv` (with
-    pyarrow also `springs.parquet`) with one row for each file. `springs.journal.sqlite` there holds what is finished:
-    the same call again, also after an interrupt, identifies only files that are new or have changed.
+    One damaged file does not stop the others. The folder gets model files, and `springs.csv` (with
+    pyarrow also `springs.parquet`) with a row for each file. The same call again, also after an
+    interrupt, identifies only files that are new or have changed.
 
     Parameters
     ----------
     sources : path or sequence of paths
-        Files, and folders: of these the files in them that are named like records, in alphabetical order, and not those
-        in folders within them.
+        Files, and folders: of these the files that are named like records, not those in folders within.
     folder : path               Of the results, created if it does not exist.
-    reading : Reading           How all files are read and what of them is used; or its fields as keywords.
+    reading : Reading           How files are read and what of them is used; or its fields as keywords.
     fitting : Fitting           Which method identifies the springs; or its fields as keywords.
-    amplitude : float or None   Of the loops whose figures are compared [m]; the largest that all springs have in common
-                                if None.
-    placing : Workers           Where the springs are identified, on all cores by default; or its fields as keywords.
-    progress : callable         Called with what is being done, the number of finished files, and how many there are.
-
-    Returns
-    -------
-    ManyResult
+    amplitude : float or None   Of the loops compared [m]; the largest that all springs have if None.
+    placing : Workers           Where that is done, on all cores by default; or its fields as keywords.
+    progress : callable         Called with what is done, the files finished, and their number.
 
     Raises
     ------
-    RecordError                 If there is no file, or a unit or selection is none.
-    ValueError                  If the number of workers is below 1.
-    StrandspringError           If the results cannot be written, or the workers cannot work.
-    TypeError                   If workers and scheduler are given, or method and options.
+    RecordError         If there is no file, or a unit, a selection or the amplitude is none.
+    StrandspringError   If results cannot be written, or the workers cannot work.
+    TypeError           If options exclude each other, or are of another type.
 
     Examples
     --------
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from strandspring import Spring, SpringParameters, identify_many
+    >>> spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
     >>> with TemporaryDirectory() as place:
-    ...     for k in range(3):
-    ...         spring = SpringParameters((0.0, 2000.0 + 10.0 * k), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
-    ...         Spring(spring).synthesize([0.02, 0.012]).save(Path(place) / f"spring{k}.csv", "mm")
-    ...     _ = (Path(place) / "spring9.csv").write_text("")
-    ...     result = identify_many(place, Path(place) / "models", workers=1)
-    ...     frame = result.to_frame()
-    >>> frame["status"].tolist()
-    ['identified', 'identified', 'identified', 'unreadable']
+    ...     spring.synthesize([0.02, 0.012]).save(f"{place}/good.csv", "mm")
+    ...     Path(f"{place}/empty.csv").touch()
+    ...     result = identify_many(place, f"{place}/models", workers=1)
+    ...     result.to_frame()["status"].tolist()
+    ['unreadable', 'identified']
     >>> result.problem
-    '1 of 4 springs is not identified (1 unreadable); springs.csv says why.'
+    '1 of 2 springs is not identified (1 unreadable); springs.csv says why.'
     """
     from ..campaigns.batches.batch import identify_batch  # slow to import
 
@@ -409,16 +377,8 @@ def identify_many(
     amplitude = optional_number("amplitude", amplitude, "m")
     if amplitude is not None and not 0.0 < amplitude < float("inf"):
         raise RecordError(f"`amplitude` must be finite and > 0 [m], got {amplitude!r}.")
-    begin = monotonic()
-    target = Path(folder)
+    begin, target = monotonic(), Path(folder)
     springs, left_out = find_springs([sources] if isinstance(sources, str | os.PathLike) else sources, target)
-    batch = identify_batch(
-        springs,
-        target,
-        work,
-        placing.runner,
-        amplitude,
-        lambda done: progress("Identifying", done, len(springs)),
-        placing.notify,
-    )
+    done = lambda files: progress("Identifying", files, len(springs))  # noqa: E731
+    batch = identify_batch(springs, target, work, placing, amplitude, done)
     return ManyResult(target, batch, left_out, monotonic() - begin)

@@ -19,7 +19,7 @@ from ..kernel.arrays import IndexArray
 from ..kernel.path import PathSolver
 from ..loops.cycles import measured_loops
 from ..loops.reading import Reading
-from ..peers.ni import PAPER_NI, sine_period, with_noise
+from ..peers.ni import PAPER_NI, sine_period, steady_force, with_noise
 from ..records.record import Record
 from .common.given import Source, given_records, outside
 from .common.model_source import ModelSource, model_of
@@ -165,7 +165,7 @@ def synthesize(model: ModelSource, amplitudes: ArrayLike | None = None, *, sampl
         time = 2.0 * np.pi * _samples(cycles, sampling) / sampling.samples
         ni = PAPER_NI if sampling.exponent is None else replace(PAPER_NI, n=sampling.exponent)
         period, findings = sine_period(1e3 * amplitude, sampling.samples), []
-        path, force = np.tile(period, cycles), np.tile(ni.steady_force(period), cycles)
+        path, force = np.tile(period, cycles), np.tile(steady_force(ni, period), cycles)
     else:
         sentence = "{option} is of Ni's experiment, and {where} is given; leave it out."
         refuse_given(sentence, "a model", exponent=sampling.exponent)

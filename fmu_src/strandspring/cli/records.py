@@ -83,28 +83,17 @@ def identify(
     """
     if report is None and details != ReportDetails():
         raise click.UsageError("--date, --operator, --specimen, --field and --report-mass belong to --report.")
-    from ..api.common.text import verdict_json
-    from ..loops.campaign import campaign_verdicts
-    from ..model.modelfile import save_model
     from ..report.figure import write_figure
-    from ..report.identification_page import write_report
 
     identification = identified(records, reading, fitting)
-    model = identification.model_file(name or identifier(Path(output).stem), description)
-    save_model(output, model)
+    name = name or identifier(Path(output).stem)
+    identification.spring(name, description).save(output)
     if report is not None:
         with out.working("Drawing the report"):
-            write_report(report, identification, model, identification.parts(brief=False), details)
+            identification.report(report, name, details, description)
     if figure is not None:
         write_figure(figure, identification)
-    # For one record that holds several amplitudes or frequencies there is `info`.
-    of_campaign = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
-    rate, overlap = map(verdict_json, of_campaign)
-    out.present(identification, {"name": model.name, "rate_independence": rate, "overlap": overlap}, _FINDINGS)
-    if out.is_asked("verbose") and not out.is_asked("json"):
-        for found in of_campaign:
-            if found is not None:
-                click.echo(out.folded(found.sentence, out.width_of(sys.stdout)))
+    out.present(identification, {"name": name}, _FINDINGS)
 
 
 def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> strandspring.Identification:

@@ -10,6 +10,7 @@ import argparse
 import json
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -27,7 +28,8 @@ from strandspring.ground.files import refuse_unwritable, write_text
 from strandspring.ground.one_thread import one_thread
 from strandspring.ground.plotfile import save_figure
 from strandspring.kernel.arrays import FloatArray
-from strandspring.peers.ni import PAPER_NI, NiParameters, ni_method
+from strandspring.peers.ni import PAPER_NI, ni_method, steady_force
+from strandspring.peers.options import NiParameters
 from strandspring.report.drawing import LIGHT, STYLE
 
 SYNTHETIC = "synthetic: what the paper leaves out is ours"
@@ -89,7 +91,7 @@ class Run(NamedTuple):
         found = ni_method(1e3 * record.displacement, record.force, start)
         if found.outcome is ss.Outcome.NOT_CONVERGED:
             raise ss.StrandspringError(found.outcome.value)
-        return found.parameters.steady_force(1e3 * record.displacement)
+        return steady_force(found.parameters, 1e3 * record.displacement)
 
     def rmse(self) -> float | None:
         """Against the force without noise [N]; None if the method finds nothing or stops."""
@@ -110,10 +112,8 @@ def random_start(generator: np.random.Generator, scale: NiParameters) -> NiParam
     while True:
         factors = (10.0 ** generator.uniform(-1.0, 1.0, 8)).tolist()
         names = ("K1", "K2", "K3", "C", "eta", "theta", "lambda_", "n")  # C carries the one number of the amplifier
-        try:
+        with suppress(ValueError):
             return replace(scale, **{n: getattr(scale, n) * factor for n, factor in zip(names, factors, strict=True)})
-        except ValueError:
-            continue
 
 
 def campaign() -> dict[str, ss.Record]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
+from importlib import import_module
 from itertools import combinations
 from typing import Any
 
@@ -38,10 +39,10 @@ from .figures import (
 )
 from .findings import check
 from .identified import IdentifiedModel
-from .method import Fitted, Stage, begin
+from .method import Candidates, Fitted, Stage, begin
 from .options import Method, RefinedOptions, checked_method
 from .predictions import has_one_amplitude
-from .rig import lagging
+from .rig import lagging, without_rig
 from .samples import Samples
 
 
@@ -69,8 +70,8 @@ def identify_records(
         raise ValueError("`records` must hold at least one record, got none.")
     _refuse_twins(group)
     begin(Stage.PREPARING)
-    prepared = [method.prepare(record) for record in group]
     refined = method if isinstance(method, RefinedOptions) else RefinedOptions()
+    prepared = [without_rig(record, refined) for record in group]
     usable, found, refusal = check(prepared, refined.state)
     # A record of one period is followed by itself, and fitted on its second pass.
     followed = [twice(record) if is_one_period(record) else record for record in prepared]
@@ -155,7 +156,8 @@ def _certified(
         here = samples.rows[samples.record_of_row == k]
         firsts.append(int(here[0] - samples.begins[k + 1] + mask.size if here.size else np.argmax(mask)))
     try:
-        for fitted in method.candidates(samples, where):
+        candidates: Candidates = import_module(method.module).candidates
+        for fitted in candidates(method, samples, where):
             solver = PathSolver(fitted.parameters)
             fits = tuple(predict_record(solver, *inputs) for inputs in zip(group, firsts, strict=True))
             driven = _driven(fits, group)

@@ -1,4 +1,4 @@
-"""What the methods of identification return, and the stages that they go through."""
+"""Methods of identification, what they return, and the stages that they go through."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, Protocol
 
 from ..core.parameters import SpringParameters
 from ..findings import Finding
 from ..kernel.arrays import FloatArray
 from .certainty import Certainty
+from .samples import Samples
 from .verdict import Verdict
 
 
@@ -40,6 +41,26 @@ class Fitted:
     delay: float = 0.0
     certainty: Certainty | None = None
     verdict: Verdict | None = None
+
+
+class Candidates(Protocol):
+    """A method of identification, which keeps nothing between calls."""
+
+    def __call__(self, options: Any, samples: Samples, where: str) -> Iterator[Fitted]:
+        """The springs of this method, the likeliest first, of which the first that meets its certificate is saved.
+
+        Parameters
+        ----------
+        options : Method    Those of this method.
+        samples : Samples   Of the records, those that may be fitted.
+        where : str         Names of the records, for messages.
+
+        Raises
+        ------
+        IdentificationError   If no model is physically possible.
+        RecordError           If the records do not suit the method.
+        """
+        ...
 
 
 class Stage(Enum):

@@ -1,23 +1,14 @@
-"""Options of the methods of identification, which know what does the work."""
+"""Options of the methods of identification."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias, get_args
+from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 from ..core.branches import BRANCHES, MECHANISMS
 from ..core.parameters import MAXIMUM_AMPLIFIER_DEGREE, MAXIMUM_DEGREE
 from ..ground.options import check, described, option
-
-if TYPE_CHECKING:
-    from ..records.record import Record
-    from .method import Fitted
-    from .samples import Samples
-
-# What does the work is slow to import: each method of these classes imports it.
 
 State: TypeAlias = Literal["first", "mean", "last"]
 
@@ -33,14 +24,14 @@ def degrees_of(text: str) -> tuple[int, int] | None:
 
 
 @dataclass(frozen=True)
-class Method(ABC):
-    """A method of identification with its options, which check themselves.
+class Method:
+    """Options of a method of identification, which check themselves.
 
-    `identify` calls `prepare` with each record, checks the results, and calls `candidates` with their samples. A method
-    keeps nothing between calls.
+    The method itself is the function `candidates` of a module that is slow to import, see `method.Candidates`.
     """
 
     name: ClassVar[str]
+    module: ClassVar[str]
 
     degrees: tuple[int, int] | None = option(
         None, "text", "Degrees N of the elastic and M of the amplifier polynomial", otherwise="chosen from the records",
@@ -62,30 +53,6 @@ class Method(ABC):
                 f"got {self.degrees}."
             )
 
-    def prepare(self, record: Record) -> Record:
-        """The record that is identified in place of a measured one.
-
-        Raises
-        ------
-        RecordError   If the record does not suit the method.
-        """
-        return record
-
-    @abstractmethod
-    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
-        """The springs of this method, the likeliest first, of which the first that meets its certificate is saved.
-
-        Parameters
-        ----------
-        samples : Samples   Of the records, those that may be fitted.
-        where : str         Names of the records, for messages.
-
-        Raises
-        ------
-        IdentificationError   If no model is physically possible.
-        RecordError           If the records do not suit the method.
-        """
-
 
 def checked_method(options: Any) -> Method:
     """The options, unless they are of no method, which is a TypeError."""
@@ -105,6 +72,7 @@ class RefinedOptions(Method):
     """
 
     name: ClassVar[str] = "refined"
+    module: ClassVar[str] = f"{__package__}.refined"
 
     moving_mass: float = option(
         0.0, "number", "Mass between load cell and spring, whose inertia is removed; needs times", unit="kg", least=0.0,
@@ -139,20 +107,3 @@ class RefinedOptions(Method):
         taken = {"moving_mass": self.moving_mass, "fixture_stiffness": self.fixture_stiffness, "delay": self.delay}
         nothing = {"moving_mass": 0.0, "fixture_stiffness": math.inf}
         return {name: size for name, size in taken.items() if size is not None and size != nothing.get(name)}
-
-    def prepare(self, record: Record) -> Record:
-        """The record without the effects of the rig that are known.
-
-        Raises
-        ------
-        RecordError   If the record does not have the times that they, or branches, need.
-        """
-        from .rig import without_rig
-
-        return without_rig(record, self)
-
-    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:  # noqa: ARG002 - it refuses nothing
-        """The springs of the classes by their held-out errors, the best first."""
-        from .refined import Refinement
-
-        return Refinement(self).candidates(samples)

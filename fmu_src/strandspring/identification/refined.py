@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,20 +17,30 @@ from .certainty import AT_BOUND, Certainty, certainty
 from .choice import Allowed, Choice, Judged, Search, choose, flexible
 from .fit import Fit, Problem
 from .method import Fitted, Stage, begin
+from .options import RefinedOptions
 from .plain_models import held_out
 from .rig import best_lag, lagging, likely_delay
 from .samples import Samples
 from .spring import spring_of
 from .verdict import Verdict, groups
 
-if TYPE_CHECKING:
-    from .options import RefinedOptions
-
 _SEARCHED = 900  # rows on which classes are compared
 
 
+def candidates(options: RefinedOptions, samples: Samples, where: str) -> Iterator[Fitted]:  # noqa: ARG001
+    """The springs of the classes by their held-out errors, the best first."""
+    begin(Stage.SEARCHING)
+    refinement, samples = _Refinement(options), _turning(samples)
+    choice, delay = refinement.chosen(samples.thinned(_SEARCHED))
+    if delay:
+        samples = samples.on([lagging(record, delay) for record in samples.records])
+    others = sorted(choice.seen, key=lambda judged: judged.logarithm)
+    for judged in (choice.best, *others[:12]):
+        yield refinement.fitted(replace(choice, best=judged), samples, delay)
+
+
 @dataclass(frozen=True)
-class Refinement:
+class _Refinement:
     """The refined method with its options."""
 
     options: RefinedOptions
@@ -43,18 +53,7 @@ class Refinement:
         branches = (0, most[1]) if self.options.branches is None else (self.options.branches,) * 2
         return Allowed(self.options.degrees, mechanisms, branches)
 
-    def candidates(self, samples: Samples) -> Iterator[Fitted]:
-        """The springs of the classes by their held-out errors, the best first."""
-        begin(Stage.SEARCHING)
-        samples = _turning(samples)
-        choice, delay = self._chosen(samples.thinned(_SEARCHED))
-        if delay:
-            samples = samples.on([lagging(record, delay) for record in samples.records])
-        others = sorted(choice.seen, key=lambda judged: judged.logarithm)
-        for judged in (choice.best, *others[:12]):
-            yield self._of(replace(choice, best=judged), samples, delay)
-
-    def _chosen(self, few: Samples) -> tuple[Choice, float]:
+    def chosen(self, few: Samples) -> tuple[Choice, float]:
         """The choice, and the delay without which it was made [s]."""
         choice = self._choose(few)
         delay = likely_delay(few) if self.options.delay is None and few.is_timed else 0.0
@@ -75,7 +74,7 @@ class Refinement:
             problem = problem.weighted(first.fit, True) or problem
         return choose(problem, self.allowed)
 
-    def _of(self, choice: Choice, samples: Samples, delay: float) -> Fitted:
+    def fitted(self, choice: Choice, samples: Samples, delay: float) -> Fitted:
         """The spring of a choice fitted to all rows, and what is known of it."""
         begin(Stage.REFINING)
         problem, fit = choice.problem.refined(choice.best.fit, samples, self.options.robust)

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,11 +24,9 @@ from ..loops.strokes import turning_points
 from ..records.record import Record
 from .choice import flexible
 from .fit import Fit, Problem, SpringClass
+from .options import RefinedOptions
 from .refusals import Strokes
 from .samples import REVERSAL, Samples
-
-if TYPE_CHECKING:
-    from .options import RefinedOptions
 
 
 def without_rig(record: Record, options: RefinedOptions) -> Record:

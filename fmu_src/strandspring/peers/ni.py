@@ -32,8 +32,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -48,116 +47,47 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver, as_path
 from ..kernel.steady import steady_omega
 from ..loops.strokes import noise_level
+from .options import NiOptions, NiParameters
 from .periods import Hysteresis, one_record, polynomial_spring, whole_periods
 
-if TYPE_CHECKING:
-    from .options import NiOptions
+
+def elastic(p: NiParameters, displacement: FloatArray) -> FloatArray:
+    """F1 of eq. (27) [N]."""
+    x = displacement
+    return np.asarray(x * (p.K1 + np.abs(x) * p.K2 + x * x * p.K3))
 
 
-@dataclass(frozen=True)
-class NiParameters:
-    """Parameters of Ni's model, in mm and N; the force is zero at displacement 0 when Z is.
+def amplifier(p: NiParameters, displacement: FloatArray) -> FloatArray:
+    """F2 of eq. (28) [-]."""
+    return np.exp(p.growth * displacement)
+
+
+def steady_force(p: NiParameters, period: ArrayLike) -> FloatArray:
+    """Force of eq. (26) over one period of the steady state [N].
 
     Parameters
     ----------
-    K1, K2, K3 : float       Elastic part [N/mm], [N/mm^2], [N/mm^3].
-    B, C : float             Base [-], > 0, and exponent [1/mm] of the amplifier.
-    eta : float              Slope of Z at its zero crossing [N/mm], > 0.
-    theta, lambda_ : float   Shape [N^(1-n)/mm]; theta + lambda > 0 (bounded Z) and lambda >= theta, which is
-                             sigma >= 1/2 (paper eqs. 6-7).
-    n : float                Smoothness [-]; 0.222 reproduces the paper's rms force at the amplitude 5 mm.
-
-    Raises
-    ------
-    ValueError               If the parameters are not physically possible or outside the closed form's range.
+    p : NiParameters
+    period : array_like, shape (K,)   One period [mm]; its first sample follows its last.
     """
-
-    K1: float
-    K2: float
-    K3: float
-    B: float
-    C: float
-    eta: float
-    theta: float
-    lambda_: float
-    n: float = 0.222
-
-    def __post_init__(self) -> None:
-        total = self.theta + self.lambda_
-        checks = (
-            *((field.name, math.isfinite(getattr(self, field.name)), "finite") for field in fields(self)),
-            ("B", self.B > 0.0, "> 0"),
-            ("eta", self.eta > 0.0, "> 0 [N/mm]"),
-            ("lambda_", total > 0.0, "above -theta (paper eq. 6)"),
-            ("lambda_", self.lambda_ >= self.theta, "at least theta (paper eq. 6)"),
-            ("lambda_", self.lambda_ <= SIGMA_RANGE[1] * total, f"at most {SIGMA_RANGE[1]:g}*(theta + lambda)"),
-            ("n", N_RANGE[0] <= self.n <= N_RANGE[1], f"within [{N_RANGE[0]:g}, {N_RANGE[1]:g}]"),
-        )
-        for name, holds, condition in checks:
-            if not holds:
-                raise ValueError(f"`{name}` must be {condition}, got {getattr(self, name)!r}.")
-        # In logarithms, since the power itself could overflow; within 200, products of z0 and rho stay finite.
-        log_z0 = math.log(self.eta / total) / self.n
-        if max(abs(log_z0), abs(math.log(self.eta) - log_z0)) > 200.0:
-            raise ValueError(
-                f"`n` must keep z0 = (eta/(theta + lambda))^(1/n) [N] and eta/z0 [1/mm] within 1e-86 and 1e86, got "
-                f"{self.n!r} with ln(z0) = {log_z0:.4g}."
-            )
-
-    @property
-    def growth(self) -> float:
-        """C*ln(B), the rate at which the amplifier grows [1/mm]."""
-        return self.C * math.log(self.B)
-
-    @property
-    def z0(self) -> float:
-        """Z when saturated [N]."""
-        return float((self.eta / (self.theta + self.lambda_)) ** (1.0 / self.n))
-
-    @property
-    def rho(self) -> float:
-        """Slope of Z/z0 at its zero crossing [1/mm]."""
-        return self.eta / self.z0
-
-    @property
-    def sigma(self) -> float:
-        """Recovery after a reversal [-]."""
-        return self.lambda_ / (self.theta + self.lambda_)
-
-    def elastic(self, displacement: FloatArray) -> FloatArray:
-        """F1 of eq. (27) [N]."""
-        x = displacement
-        return np.asarray(x * (self.K1 + np.abs(x) * self.K2 + x * x * self.K3))
-
-    def amplifier(self, displacement: FloatArray) -> FloatArray:
-        """F2 of eq. (28) [-]."""
-        return np.exp(self.growth * displacement)
-
-    def steady_force(self, period: ArrayLike) -> FloatArray:
-        """Force of eq. (26) over one period of the steady state [N].
-
-        Parameters
-        ----------
-        period : array_like, shape (K,)   One period [mm]; its first sample follows its last.
-        """
-        path = as_path(period)
-        top = int(np.argmax(path))
-        # Begun and ended at its top, so that the memory at the start is that at the end.
-        rolled = np.append(np.roll(path, -top), path[top])
-        if np.ptp(rolled) == 0.0:
-            raise ValueError(f"`period` must move forth and back, got {path.size} samples at {path[0]!r} mm.")
-        # The spring whose omega is Z/z0, with lengths in mm. Beyond these limits of rho, omega stays where it is, or is
-        # saturated after any step, within rounding.
-        rho = min(max(self.rho, 1e-14), 1e11)
-        reach = min(1.0 / rho, 1e5)
-        spring = SpringParameters((0.0,), (1.0,), 1.0, rho, self.sigma, self.n, 0.0, -reach, reach)
-        solver, omega = PathSolver(spring), np.array([steady_omega(spring, float(np.ptp(rolled)))])
-        for _ in range(1000):  # until the memory is steady; once if there are two strokes
-            begun, omega = omega[-1], solver.omega(rolled, float(omega[-1]))
-            if abs(omega[-1] - begun) < 1e-13:
-                break
-        Z = np.roll(self.z0 * omega[:-1], top)
-        return np.asarray(self.amplifier(path) * (Z + self.elastic(path)))
+    path = as_path(period)
+    top = int(np.argmax(path))
+    # Begun and ended at its top, so that the memory at the start is that at the end.
+    rolled = np.append(np.roll(path, -top), path[top])
+    if np.ptp(rolled) == 0.0:
+        raise ValueError(f"`period` must move forth and back, got {path.size} samples at {path[0]!r} mm.")
+    # The spring whose omega is Z/z0, with lengths in mm. Beyond these limits of rho, omega stays where it is, or is
+    # saturated after any step, within rounding.
+    rho = min(max(p.rho, 1e-14), 1e11)
+    reach = min(1.0 / rho, 1e5)
+    spring = SpringParameters((0.0,), (1.0,), 1.0, rho, p.sigma, p.n, 0.0, -reach, reach)
+    solver, omega = PathSolver(spring), np.array([steady_omega(spring, float(np.ptp(rolled)))])
+    for _ in range(1000):  # until the memory is steady; once if there are two strokes
+        begun, omega = omega[-1], solver.omega(rolled, float(omega[-1]))
+        if abs(omega[-1] - begun) < 1e-13:
+            break
+    Z = np.roll(p.z0 * omega[:-1], top)
+    return np.asarray(amplifier(p, path) * (Z + elastic(p, path)))
 
 
 # Section 4 of the paper; B and C enter the force through C*ln(B) only.
@@ -209,7 +139,7 @@ def ni_method(x: FloatArray, measured: FloatArray, start: NiParameters) -> NiRes
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 model = _from_vector(vector)
-                spectrum = np.fft.rfft(model.steady_force(x) - measured) * weight
+                spectrum = np.fft.rfft(steady_force(model, x) - measured) * weight
         except ValueError:
             return far_off
         is_spring = SATURATION_RANGE[0] <= model.rho * reach <= SATURATION_RANGE[1] and np.isfinite(spectrum).all()
@@ -219,7 +149,7 @@ def ni_method(x: FloatArray, measured: FloatArray, start: NiParameters) -> NiRes
     # Of K samples, one standard error changes the sum of squares by 1/K: a millionth says nothing about parameters.
     fit = least_squares(misfit, _to_vector(start), method="trf", x_scale="jac", max_nfev=500, ftol=1e-6)
     parameters = _from_vector(fit.x)
-    error = rmse(measured, parameters.steady_force(x))
+    error = rmse(measured, steady_force(parameters, x))
     # Multiplicative noise counts by its mean square, not by its median.
     noise = max(noise_level(measured), float(np.sqrt(np.mean(np.diff(measured, 4) ** 2) / 70.0)))
     is_left = error > max(1.2 * noise, 0.01 * float(np.sqrt(np.mean(measured**2))))
@@ -255,7 +185,7 @@ def _from_vector(vector: FloatArray) -> NiParameters:
     return NiParameters(K1, K2, K3, math.e, growth, eta, min(total - lambda_, lambda_), lambda_, n)
 
 
-def fitted_to_period(options: NiOptions, samples: Samples, where: str) -> Iterator[Fitted]:
+def candidates(options: NiOptions, samples: Samples, where: str) -> Iterator[Fitted]:
     """Ni's method on one periodic record.
 
     Raises
@@ -274,8 +204,8 @@ def fitted_to_period(options: NiOptions, samples: Samples, where: str) -> Iterat
         raise IdentificationError(Outcome.NOT_CONVERGED, where)
     p, degrees = found.parameters, options.degrees or (8, 6)
     y = np.cos(np.linspace(0.0, np.pi, 401))
-    amplifier = p.amplifier(half * y)
-    wanted = zip((amplifier * p.elastic(half * y), amplifier * p.z0), degrees, strict=True)
+    F2 = amplifier(p, half * y)
+    wanted = zip((F2 * elastic(p, half * y), F2 * p.z0), degrees, strict=True)
     FE, G = (np.asarray(polynomial.polyfit(y, part, degree), np.float64) for part, degree in wanted)
     h = Hysteresis(1e3 * p.rho, p.sigma, p.n)
     spring = polynomial_spring(where, (low, high), middle, 1e-3 * half, FE, G, h)

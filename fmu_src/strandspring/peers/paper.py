@@ -21,8 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -31,62 +30,55 @@ from ..findings import Finding, IdentificationError, Outcome
 from ..identification.method import Fitted
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
+from .options import PaperOptions
 from .periods import Hysteresis, one_record, polynomial_spring, whole_periods
 from .two_stage import moving_mean
 
-if TYPE_CHECKING:
-    from .options import PaperOptions
+
+def candidates(options: PaperOptions, samples: Samples, where: str) -> Iterator[Fitted]:
+    """Both stages on the mean period of one record; `choices` of the result holds what the paper leaves open.
+
+    Raises
+    ------
+    RecordError           If there are several records, or the record is not periodic.
+    IdentificationError   If a formula has no value, or its value is that of no spring.
+    """
+    record = one_record(samples, where, "the paper's method")
+    try:
+        yield _fitted(options, *whole_periods(record), where)
+    except _NoValueError as problem:
+        raise IdentificationError(Outcome.PAPER_FORMULAS, where, {"problem": str(problem)}) from None
 
 
-@dataclass(frozen=True)
-class PaperMethod:
-    """The paper's method with its options."""
-
-    options: PaperOptions
-
-    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
-        """Both stages on the mean period of one record; `choices` of the result holds what the paper leaves open.
-
-        Raises
-        ------
-        RecordError           If there are several records, or the record is not periodic.
-        IdentificationError   If a formula has no value, or its value is that of no spring.
-        """
-        record = one_record(samples, where, "the paper's method")
-        try:
-            yield self._fit(*whole_periods(record), where)
-        except _NoValueError as problem:
-            raise IdentificationError(Outcome.PAPER_FORMULAS, where, {"problem": str(problem)}) from None
-
-    def _fit(self, displacement: FloatArray, periods: FloatArray, where: str) -> Fitted:
-        """Both stages."""
-        samples, degrees = displacement.size, self.options.degrees or (4, 4)
-        half_width = max(1, round(samples / 48)) if self.options.smoothing is None else self.options.smoothing
-        window = 2 * half_width + 1
-        if window > samples:
-            raise _NoValueError(f"a window of {window} samples is longer than the period of {samples}")
-        smooth = np.convolve(np.pad(periods.mean(axis=0), half_width, "wrap"), np.full(window, 1.0 / window), "valid")
-        x, upper, lower = _branches(displacement, smooth)
-        x0, reach = float(displacement.mean()), 0.5 * self.options.steady * float(np.ptp(x))
-        y = x - x0
-        kE, kA, kappa = _first_stage(y, upper, lower, reach, degrees)
-        side, force = (1.0, upper) if self.options.branch == "loading" else (-1.0, lower)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            u = side * (force - polynomial.polyval(y, kE)) / polynomial.polyval(y, kA) / kappa
-            # As the branch is run, an unloading one from above.
-            travel, u = (side * y)[:: int(side)], u[:: int(side)]
-            read, places = _second_stage(travel, moving_mean(u, half_width, np.array([0])), self.options.levels)
-        h = read._replace(sigma=max(read.sigma, 0.5))
-        spring = polynomial_spring(where, (float(x[0]), float(x[-1])), x0, 1.0, kE, kappa * kA, h)
-        # "usually less than 4"
-        findings = [Finding(Outcome.PAPER_DEGREES, {"degree": max(degrees)})] if max(degrees) > 3 else []
-        findings += [Finding(Outcome.SIGMA_RAISED, {"sigma": read.sigma})] if read.sigma < 0.5 else []
-        choices: dict[str, Any] = {
-            "degrees": degrees, "smoothing": half_width, "samples_per_period": samples, "periods": len(periods),
-            "x0": x0, "steady_section": (x0 - reach, x0 + reach), "kappa": kappa, "FA_at_x0": float(kA[0]),
-            "sigma_of_eq_25": read.sigma, **{f"x_{name}": x0 + side * at for name, at in places.items()},
-        }  # fmt: skip
-        return Fitted(spring, tuple(findings), choices)
+def _fitted(options: PaperOptions, displacement: FloatArray, periods: FloatArray, where: str) -> Fitted:
+    """Both stages."""
+    samples, degrees = displacement.size, options.degrees or (4, 4)
+    half_width = max(1, round(samples / 48)) if options.smoothing is None else options.smoothing
+    window = 2 * half_width + 1
+    if window > samples:
+        raise _NoValueError(f"a window of {window} samples is longer than the period of {samples}")
+    smooth = np.convolve(np.pad(periods.mean(axis=0), half_width, "wrap"), np.full(window, 1.0 / window), "valid")
+    x, upper, lower = _branches(displacement, smooth)
+    x0, reach = float(displacement.mean()), 0.5 * options.steady * float(np.ptp(x))
+    y = x - x0
+    kE, kA, kappa = _first_stage(y, upper, lower, reach, degrees)
+    side, force = (1.0, upper) if options.branch == "loading" else (-1.0, lower)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        u = side * (force - polynomial.polyval(y, kE)) / polynomial.polyval(y, kA) / kappa
+        # As the branch is run, an unloading one from above.
+        travel, u = (side * y)[:: int(side)], u[:: int(side)]
+        read, places = _second_stage(travel, moving_mean(u, half_width, np.array([0])), options.levels)
+    h = read._replace(sigma=max(read.sigma, 0.5))
+    spring = polynomial_spring(where, (float(x[0]), float(x[-1])), x0, 1.0, kE, kappa * kA, h)
+    # "usually less than 4"
+    findings = [Finding(Outcome.PAPER_DEGREES, {"degree": max(degrees)})] if max(degrees) > 3 else []
+    findings += [Finding(Outcome.SIGMA_RAISED, {"sigma": read.sigma})] if read.sigma < 0.5 else []
+    choices: dict[str, Any] = {
+        "degrees": degrees, "smoothing": half_width, "samples_per_period": samples, "periods": len(periods),
+        "x0": x0, "steady_section": (x0 - reach, x0 + reach), "kappa": kappa, "FA_at_x0": float(kA[0]),
+        "sigma_of_eq_25": read.sigma, **{f"x_{name}": x0 + side * at for name, at in places.items()},
+    }  # fmt: skip
+    return Fitted(spring, tuple(findings), choices)
 
 
 class _NoValueError(ValueError):

@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -35,10 +35,8 @@ from ..identification.refusals import FULL
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray, IndexArray
 from ..loops.strokes import noise_level
+from .options import TwoStageOptions
 from .periods import Hysteresis, polynomial_spring
-
-if TYPE_CHECKING:
-    from .options import TwoStageOptions
 
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))  # candidates, the leanest first
 _STEADY = (0.1, 0.25, 0.45, 0.65, 0.8)  # where the steady section may begin, of the longest stroke
@@ -46,7 +44,7 @@ _N = np.geomspace(0.05, 20.0, 19)  # that are tried; the best one's surroundings
 _CELLS = 160  # of a stroke, over which rows are averaged for stage 2
 
 
-def fitted_in_stages(options: TwoStageOptions, samples: Samples, where: str) -> Iterator[Fitted]:
+def candidates(options: TwoStageOptions, samples: Samples, where: str) -> Iterator[Fitted]:
     """The spring, then such of lower degrees unless they are given."""
     for degrees in (options.degrees,) if options.degrees else (None, *reversed(_DEGREES[:-2])):
         yield _fitted(degrees, samples, where)

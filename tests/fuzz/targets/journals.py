@@ -20,7 +20,7 @@ import numpy as np
 
 from journal_content import execute
 from strandspring import SpringParameters
-from strandspring.campaigns.jobs.runners import Local
+from strandspring.campaigns.jobs.options import Workers
 from strandspring.campaigns.studies.definition import RunRow, Study
 from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
@@ -54,7 +54,7 @@ def _results(folder: Path, after: int = 10**9) -> dict[str, bytes]:
     masses = tuple(4.0 + 0.1 * k for k in range(42))
     study = QuickStudy(_SPRING, Excitation.BASE_DISPLACEMENT, masses, levels=(1e-4,), seed=7)
     folder.mkdir(exist_ok=True)
-    run_study(study, folder / "results.csv", Local(1), progress)
+    run_study(study, folder / "results.csv", Workers(), progress)
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...errors import Reader, StrandspringError
-from ...findings import CAUTIONS, NOTES, Finding, Severity, gathered, of_severity
+from ...findings import CAUTIONS, NOTES, Severity, gathered, of_severity
 from ...ground.plotfile import SUFFIXES, save_figure, some_axes
 from .table import Table
 from .text import counted
@@ -45,11 +45,6 @@ class Result:
     def content(self) -> Mapping[str, Any]:
         """What JSON holds besides findings: anything that `in_json` takes, in SI units."""
         return {}
-
-    @property
-    def all_findings(self) -> tuple[Finding, ...]:
-        """The findings, and what is beside them."""
-        return tuple(getattr(self, "findings", ()))
 
     def brief(self, width: int | None = None) -> list[str]:
         """What everybody has to know of it, as the command line prints it without --verbose."""
@@ -102,7 +97,8 @@ class Result:
 
     def sentences(self, severities: Collection[Severity], reader: Reader, brief: bool = False) -> tuple[str, ...]:
         """Findings of some severities in words for a reader, without details if they are to be brief."""
-        return tuple(gathered(of_severity(self.all_findings, severities), reader, brief))
+        found = (*getattr(self, "findings", ()), *getattr(self, "record_findings", ()))
+        return tuple(gathered(of_severity(found, severities), reader, brief))
 
     def __repr__(self) -> str:
         lines = self.summary().splitlines()

@@ -284,6 +284,6 @@ def study(
     with TemporaryFolder() as folder:
         results = folder / "results.csv" if output is None else Path(output)
         done = lambda runs: progress("Running", runs, len(planned))  # noqa: E731
-        run_study(planned, results, placing.runner, done, placing.notify)
+        run_study(planned, results, placing, done)
         kept, frame = (results, None) if output is not None else (None, read_results(planned, results))
         return StudyResult(planned, summaries(planned, results), kept, frame, known, name, origin)

@@ -20,9 +20,10 @@ from ...findings import CAUTIONS, Finding, Outcome, Severity, of_severity, words
 from ...ground.files import readable, reason_of, refuse_unwritable, replacing, write_csv, write_text
 from ...kernel.arrays import FloatArray
 from ...model.joint import HYSTERETIC_UNITS
-from ..jobs.options import Cluster
+from ..jobs.cluster import runner_of
+from ..jobs.options import Workers
 from ..jobs.rowlog import RowLog
-from ..jobs.runners import Runner, finished_rows
+from ..jobs.runners import finished_rows
 from .figures_in_batch import FEWEST, FIGURES, JUDGED, common_amplitude, figures_at, outlying
 from .sources import COLUMNAR_TABLE, JOURNAL, TABLE, SpringFile
 from .spring_row import IDENTIFIED, UNREADABLE, BatchWork, Finished, SpringRow, digest
@@ -89,12 +90,11 @@ class BatchSummary:
     files : int                       Number of files.
     statuses : Counter                How many are identified, refused, unreadable, failed.
     earlier : int                     How many were finished by an earlier run.
-    problems : list of (str, str, str)   File, status and reason of the first files that are not identified.
+    problems : list of dict           `file`, `status` and `reason` of the first files that are not identified.
     amplitude : float or None         Of the engineering figures [m].
-    short : list of str               First files whose identified range does not reach that amplitude.
-    short_count : int
-    middle : dict                     Median of each figure over the batch, and the robust standard deviation of its
-                                      logarithm.
+    short : str                       First file whose identified range does not reach that amplitude.
+    short_count : int                 How many do not.
+    figures : dict                    `median` of each, and `scatter`, the robust standard deviation of its logarithm.
     outliers : dict                   First outliers: the figures in which they differ from the batch.
     outlier_count : int
     judged : bool                     Whether there are springs enough to look for outliers.
@@ -107,11 +107,11 @@ class BatchSummary:
     table: Path
     columnar_table: Path | None = None
     statuses: Counter[str] = field(default_factory=Counter)
-    problems: list[tuple[str, str, str]] = field(default_factory=list)
+    problems: list[dict[str, str]] = field(default_factory=list)
     amplitude: float | None = None
-    short: list[str] = field(default_factory=list)
+    short: str = ""
     short_count: int = 0
-    middle: dict[str, tuple[float, float]] = field(default_factory=dict)
+    figures: dict[str, dict[str, float]] = field(default_factory=dict)
     outliers: dict[str, list[str]] = field(default_factory=dict)
     outlier_count: int = 0
     judged: bool = False
@@ -122,10 +122,9 @@ def identify_batch(
     springs: Sequence[SpringFile],
     folder: Path,
     work: BatchWork,
-    runner: Runner,
+    placing: Workers,
     amplitude: float | None = None,
     progress: Callable[[int], None] = lambda _: None,
-    notify: Callable[[str], None] = lambda _: None,
 ) -> BatchSummary:
     """Identify the files that are not yet in the journal of the folder, and write the table of all.
 
@@ -134,10 +133,9 @@ def identify_batch(
     springs : sequence of SpringFile
     folder : Path              Of the results.
     work : BatchWork
-    runner : Runner
+    placing : Workers
     amplitude : float or None  Of the engineering figures [m]; the largest that all springs have in common if None.
     progress : callable        Called with the number of finished files; first with that of earlier runs.
-    notify : callable          Called with sentences while the batch runs.
 
     Returns
     -------
@@ -152,16 +150,18 @@ def identify_batch(
     log = SpringLog(folder, springs)
     try:
         if log.dropped:
-            notify(f"{log.name}: {log.dropped_sentence}; their files are identified again.")
+            placing.notify(f"{log.name}: {log.dropped_sentence}; their files are identified again.")
         if changed := log.forget_changed(springs, work.settings):
-            notify(f"{changed} files were identified with other options or another version; they are identified anew.")
+            placing.notify(
+                f"{changed} files were identified with other options or another version; they are identified anew."
+            )
         earlier = log.finished
         progress(earlier)
         remaining = [spring for place, spring in enumerate(springs) if place not in log]
-        finished = finished_rows(work, remaining, runner, notify, work.fatal)
+        finished = finished_rows(work, remaining, runner_of(placing), placing.notify, work.fatal)
         with closing(finished) as batches:
             for batch in batches:
-                log.add([_kept(row, log, is_far=isinstance(runner, Cluster)) for row in batch])
+                log.add([_kept(row, log, is_far=placing.scheduler is not None) for row in batch])
                 progress(log.finished)
         return _written(log, len(springs), earlier, folder, amplitude)
     except StrandspringError as problem:
@@ -225,7 +225,7 @@ def _add(row: SpringRow, summary: BatchSummary) -> None:
     file = readable(row.file)
     summary.statuses[row.status] += 1
     if row.status != IDENTIFIED and len(summary.problems) < _MOST_NAMED:
-        summary.problems.append((file, row.status, readable(row.reason)))
+        summary.problems.append({"file": file, "status": row.status, "reason": readable(row.reason)})
     summary.found.add(row.findings)
 
 
@@ -238,7 +238,7 @@ def _figures(log: SpringLog, files: int, summary: BatchSummary) -> FloatArray:
             known = figures_at(row, summary.amplitude)
             if math.isnan(known[0]):
                 summary.short_count += 1
-                summary.short += [readable(row.file)] if len(summary.short) < _MOST_NAMED else []
+                summary.short = summary.short or readable(row.file)
         others = (row.number("kappa_omega"), row.number("rho"), row.rmse)
         values.extend([*known, *(math.nan if value is None else value for value in others)])
     return np.frombuffer(values, dtype=np.float64).reshape(files, -1)
@@ -252,7 +252,8 @@ def _judge(log: SpringLog, figures: FloatArray, summary: BatchSummary) -> dict[i
         known = values[np.isfinite(values) & (values > 0.0)]
         if known.size:
             middle = float(np.median(known))
-            summary.middle[name] = middle, 1.4826 * float(np.median(np.abs(np.log(known / middle))))
+            scatter = 1.4826 * float(np.median(np.abs(np.log(known / middle))))
+            summary.figures[name] = {"median": middle, "scatter": scatter}
     outliers = outlying({name: named[name] for name in JUDGED})
     summary.outlier_count = len(outliers)
     for place in list(outliers)[:_MOST_NAMED]:

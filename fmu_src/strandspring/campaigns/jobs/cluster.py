@@ -1,8 +1,7 @@
-"""Tasks on an existing cluster of dask.distributed."""
+"""Where tasks are executed: here, or on an existing cluster of dask.distributed."""
 
 from __future__ import annotations
 
-import asyncio
 import ipaddress
 import logging
 import platform
@@ -21,13 +20,11 @@ from threadpoolctl import threadpool_limits
 
 from ..._version import __version__
 from ...errors import JobError
-from .options import protocol_of
-from .runners import Pool, timed_rows
+from .options import Cluster, Workers, protocol_of
+from .runners import Pool, Runner, local_pool, timed_rows
 
 if TYPE_CHECKING:
     from distributed.security import Security
-
-    from .options import Cluster
 
 _CONNECTING = 5.0  # seconds
 _SILENCE = 20.0  # seconds without a sign of life; workers give one every second, or every 7 s where there are 1000
@@ -41,9 +38,17 @@ _PROTOCOL = ("python", "distributed", "cloudpickle", "msgpack")
 _ENCRYPTED = ("tls", "wss", "inproc")
 
 
+def runner_of(placing: Workers) -> Runner:
+    """Processes of this machine, or the workers of a cluster."""
+    if placing.scheduler is None:
+        return partial(local_pool, placing.workers)
+    cluster = Cluster(placing.scheduler) if isinstance(placing.scheduler, str) else placing.scheduler
+    return lambda batches, apart: _cluster_pool(cluster, placing.notify)  # noqa: ARG005
+
+
 @contextmanager
-def cluster_pool(cluster: Cluster) -> Iterator[Pool]:
-    """The workers of a cluster, see `runners.Runner`."""
+def _cluster_pool(cluster: Cluster, notify: Callable[[str], None]) -> Iterator[Pool]:
+    """The workers of a cluster."""
     try:
         from distributed import Client
         from distributed.scheduler import KilledWorker
@@ -51,8 +56,8 @@ def cluster_pool(cluster: Cluster) -> Iterator[Pool]:
         raise JobError(
             'A scheduler needs dask.distributed; install it with pip install "strandspring[cluster]".'
         ) from None
-    security = secured(cluster.address, cluster.certificates, cluster.notify)
-    there = _scheduler_versions(cluster, security)
+    security = secured(cluster.address, cluster.certificates, notify)
+    there = _scheduler_versions(cluster, security, notify)
     with _silent_client(), Client(
         cluster.address, timeout=_CONNECTING, set_as_default=False, security=security
     ) as client:  # fmt: skip
@@ -88,6 +93,8 @@ def ask(cluster: Cluster, security: Security, operation: str) -> dict[str, Any]:
     ------
     OSError   If none answers within some seconds.
     """
+    import asyncio
+
     from distributed.comm.core import connect
     from distributed.core import send_recv
 
@@ -111,7 +118,7 @@ def ask(cluster: Cluster, security: Security, operation: str) -> dict[str, Any]:
             raise OSError(str(problem) or f"no answer within {2.0 * _CONNECTING:g} s") from None
 
 
-def _scheduler_versions(cluster: Cluster, security: Security) -> dict[str, str]:
+def _scheduler_versions(cluster: Cluster, security: Security, notify: Callable[[str], None]) -> dict[str, str]:
     """Versions of what the scheduler needs to understand this computer; refuses an address where there is none."""
     try:
         answer = ask(cluster, security, "versions")
@@ -126,7 +133,7 @@ def _scheduler_versions(cluster: Cluster, security: Security) -> dict[str, str]:
     here = _protocol_here()
     different = {name: version for name, version in there.items() if version != here[name]}
     if different:
-        cluster.notify(
+        notify(
             f"Caution: the scheduler at {cluster.address} has {_in_words(different)}, but this computer has "
             f"{_in_words({name: here[name] for name in different})}; install the same if the work fails."
         )

@@ -1,17 +1,13 @@
-"""Where many tasks are executed, as users say it; what executes them is slow to import."""
+"""Where many tasks are executed, as users say it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from ...errors import JobError, OptionError
 from ...ground.options import check, described, option, options_of
-
-if TYPE_CHECKING:
-    from .runners import Pool, Runner
 
 PATIENCE = 600.0  # seconds
 
@@ -50,7 +46,6 @@ class Cluster:
         PATIENCE, "number", "Give up after this time without an answer from the scheduler, without workers, or waiting "
         "for silent ones", unit="s", least=1.0, most=1e6, metavar="S", rare=True,
     )  # fmt: skip
-    notify: Callable[[str], None] = lambda _: None  # of cautions, and of what is wrong while the work waits
 
     def __post_init__(self) -> None:
         check(self, JobError)
@@ -65,12 +60,6 @@ class Cluster:
         """What is given of them, by the names of dask's `Security`."""
         given = {"tls_ca_file": self.tls_ca_file, "tls_client_cert": self.tls_cert, "tls_client_key": self.tls_key}
         return {name: path for name, path in given.items() if path is not None}
-
-    def pool(self, batches: int, apart: bool = False) -> AbstractContextManager[Pool]:  # noqa: ARG002
-        """See `runners.Runner`."""
-        from .cluster import cluster_pool
-
-        return cluster_pool(self)
 
 
 @described
@@ -117,13 +106,3 @@ class Workers:
     def notifying(self, notify: Callable[[str], None]) -> Workers:
         """The same, which tell another function what they wait for."""
         return replace(self, notify=notify)
-
-    @property
-    def runner(self) -> Runner:
-        """Processes of this machine, or a cluster."""
-        from .runners import Local
-
-        if self.scheduler is None:
-            return Local(self.workers)
-        cluster = Cluster(self.scheduler) if isinstance(self.scheduler, str) else self.scheduler
-        return replace(cluster, notify=self.notify)

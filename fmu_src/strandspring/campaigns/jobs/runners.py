@@ -1,4 +1,4 @@
-"""Where tasks are executed: in this process or on the cores of this machine; see `cluster` for others.
+"""Tasks in this process or on the cores of this machine; see `cluster` for other places.
 
 All of them are executors of `concurrent.futures`, so that one loop serves them. The row of a task is a pure function of
 the work and the task: neither the place nor the order matters. Linear algebra uses one thread everywhere, because
@@ -16,7 +16,6 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from queue import Empty, SimpleQueue
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
@@ -86,7 +85,7 @@ class Pool(NamedTuple):
 class Runner(Protocol):
     """Provides an executor."""
 
-    def pool(self, batches: int, apart: bool = False) -> AbstractContextManager[Pool]:
+    def __call__(self, batches: int, apart: bool) -> AbstractContextManager[Pool]:
         """An executor for so many batches at most, to be used in a with statement.
 
         Parameters
@@ -130,7 +129,7 @@ def finished_rows(
     with kept_endings() as interrupted:
         while True:  # a pool whose process died is of no more use
             lost: list[Sequence[Task]] = []
-            with runner.pool(len(tasks)) as pool:
+            with runner(len(tasks), False) as pool:
                 yield from _executed(work, batches, pool, notify, interrupted, lost)
                 if lost and fatal is None:
                     raise JobError(pool.broken_message)
@@ -141,7 +140,7 @@ def finished_rows(
         singles = _Batches(suspects, largest=1)
         while suspects:
             lost = []
-            with runner.pool(1, apart=True) as pool:
+            with runner(1, True) as pool:
                 for rows in _executed(work, singles, pool._replace(window=1), notify, interrupted, lost):
                     survivors += 1
                     yield rows
@@ -270,41 +269,36 @@ class _Processes(ProcessPoolExecutor):
             return super().submit(fn, *args, **kwargs)
 
 
-@dataclass(frozen=True)
-class Local:
-    """Processes of this machine.
+@contextmanager
+def local_pool(most: int | None, batches: int, apart: bool) -> Iterator[Pool]:
+    """Processes of this machine, see `Runner`.
 
     Parameters
     ----------
-    workers : int or None   Number of processes; 1 for this one alone, as many as cores if None.
+    most : int or None   Number of processes; 1 for this one alone, as many as cores if None.
+    batches, apart
     """
-
-    workers: int | None = None
-
-    @contextmanager
-    def pool(self, batches: int, apart: bool = False) -> Iterator[Pool]:
-        """See `Runner`."""
-        workers = min(self.workers or usable_cores(), batches, _MOST_WORKERS)
-        if workers <= 1 and not apart:
-            with one_thread():
-                yield Pool(_InlineExecutor(), 1)
-            return
-        # A fork would inherit locks of other threads, such as that of the progress bar.
-        context = multiprocessing.get_context("spawn")
-        listening, lifeline = context.Pipe(duplex=False)
-        # Starts the process that looks after semaphores, which a closing terminal must not end.
-        with held_endings(), isolated_processes():
-            executor = _Processes(workers, context, initializer=_start_worker, initargs=(listening,))
-        message = "A worker process died, perhaps for lack of memory; use fewer workers."
-        try:
-            yield Pool(executor, 2 * workers, (BrokenProcessPool,), message)
-        except BaseException:
-            lifeline.close()  # the workers leave without finishing their batches
-            raise
-        finally:
-            executor.shutdown(cancel_futures=True)
-            lifeline.close()
-            listening.close()
+    workers = min(most or usable_cores(), batches, _MOST_WORKERS)
+    if workers <= 1 and not apart:
+        with one_thread():
+            yield Pool(_InlineExecutor(), 1)
+        return
+    # A fork would inherit locks of other threads, such as that of the progress bar.
+    context = multiprocessing.get_context("spawn")
+    listening, lifeline = context.Pipe(duplex=False)
+    # Starts the process that looks after semaphores, which a closing terminal must not end.
+    with held_endings(), isolated_processes():
+        executor = _Processes(workers, context, initializer=_start_worker, initargs=(listening,))
+    message = "A worker process died, perhaps for lack of memory; use fewer workers."
+    try:
+        yield Pool(executor, 2 * workers, (BrokenProcessPool,), message)
+    except BaseException:
+        lifeline.close()  # the workers leave without finishing their batches
+        raise
+    finally:
+        executor.shutdown(cancel_futures=True)
+        lifeline.close()
+        listening.close()
 
 
 def _start_worker(listening: Connection) -> None:

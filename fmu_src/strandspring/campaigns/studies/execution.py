@@ -9,7 +9,9 @@ from typing import Any
 
 from ...errors import StrandspringError
 from ...ground.files import refuse_unwritable, write_csv
-from ..jobs.runners import Runner, finished_rows
+from ..jobs.cluster import runner_of
+from ..jobs.options import Workers
+from ..jobs.runners import finished_rows
 from .journal import EncodedRuns, Journal
 from .runs import Runs
 
@@ -17,9 +19,8 @@ from .runs import Runs
 def run_study(
     study: Runs[Any],
     results: Path,
-    runner: Runner,
+    placing: Workers,
     progress: Callable[[int], None] = lambda _: None,
-    notify: Callable[[str], None] = lambda _: None,
 ) -> None:
     """Execute the runs that are not yet in the journal beside the results, write the results and remove the journal.
 
@@ -27,9 +28,8 @@ def run_study(
     ----------
     study : Runs
     results : Path        CSV file.
-    runner : Runner
+    placing : Workers
     progress : callable   Called with the number of finished runs; first with that of earlier times.
-    notify : callable     Called with a sentence while no run finishes.
 
     Raises
     ------
@@ -44,11 +44,13 @@ def run_study(
     is_complete = False
     try:
         if journal.dropped:
-            notify(f"{journal.name}: {journal.dropped_sentence}; their runs are executed again.")
+            placing.notify(f"{journal.name}: {journal.dropped_sentence}; their runs are executed again.")
         if journal.finished:
-            notify(f"{journal.finished} of {len(study)} runs were finished before.")
+            placing.notify(f"{journal.finished} of {len(study)} runs were finished before.")
         progress(journal.finished)
-        with closing(finished_rows(EncodedRuns(study), journal.missing(), runner, notify)) as batches:
+        with closing(
+            finished_rows(EncodedRuns(study), journal.missing(), runner_of(placing), placing.notify)
+        ) as batches:
             for rows in batches:
                 journal.add_encoded(rows)
                 progress(journal.finished)
