@@ -130,9 +130,9 @@ class Identification(IdentifiedModel, PlottedResult):
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the measured and predicted loops into axes of matplotlib, those of a new figure if None.
 
-        `strandspring.report.figure.plot_chart` draws residuals, branches, figures over the amplitude and more.
+        `strandspring.report.identification_page.plot_chart` draws residuals, branches and more.
         """
-        from ..report.figure import plot_chart
+        from ..report.identification_page import plot_chart
 
         return plot_chart(self, ax=self._axes(ax)[0])
 

@@ -95,8 +95,7 @@ def identify(
     from ..api.common.text import verdict_json
     from ..loops.campaign import campaign_verdicts
     from ..model.modelfile import save_model
-    from ..report.figure import write_figure
-    from ..report.identification_page import write_report
+    from ..report.identification_page import write_figure, write_report
 
     identification = identified(records, reading, fitting)
     model = identification.model_file(name or identifier(Path(output).stem), description)

@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...cosimulation.steady_check import SteadyCheck
+    from ...report.drawing import Chart
     from ...vibration.description.system_file import SystemFile
-    from ...vibration.one_mass.curves_plot import Panel
     from .system_isolation import SystemIsolation
 
 _MODEL = ResultColumn("model", "", "model", "model")
@@ -202,32 +202,30 @@ class Isolation(AnyIsolation):
         return self._drawn(ax)[0]
 
     @property
-    def _panels(self) -> list[Panel]:
-        from ...vibration.one_mass.curves_plot import Curve as Drawn
-        from ...vibration.one_mass.curves_plot import Panel
+    def _panels(self) -> list[Chart]:
+        from ...report.drawing import Steady, steady_chart
 
         several = len(self.models) > 1
 
-        def curves(name: str, factor: float = 1.0) -> list[Drawn]:
+        def curves(name: str, factor: float = 1.0) -> list[Steady]:
             return [
-                Drawn(response.column("frequency"), factor * response.column(name), ~response.unstable,
+                Steady(response.column("frequency"), factor * response.column(name), ~response.unstable,
                       *((isolated.label, response.level_text) if several else (response.level_text,)))
                 for isolated, response in self.every
             ]  # fmt: skip
 
         kind = "force" if self.excitation is Excitation.FORCE else "absolute"
         return [
-            Panel(f"{kind} transmissibility [-]", curves("transmissibility"), level=1.0),
-            Panel("amplitude of the mount [mm]", curves("amplitude", 1e3)),
+            steady_chart(f"{kind} transmissibility [-]", curves("transmissibility"), level=1.0),
+            steady_chart("amplitude of the mount [mm]", curves("amplitude", 1e3)),
         ]
 
     def _draw(self, figure: Figure) -> None:
-        from ...vibration.one_mass.curves_plot import draw_panels, mark_superharmonics
+        from ...report.drawing import draw_panels
 
         models = "" if len(self.models) > 1 else f"{self.models[0].label}: "
         title = f"{models}{self.models[0].system.mass:g} kg, {self.excitation.value}"
-        _, below = draw_panels(figure, self._panels, title)
-        mark_superharmonics(below, [response for _, response in self.every])
+        draw_panels(figure, self._panels, title)
 
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
         """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from ...vibration.one_mass.curves_plot import Panel
+    from ...report.drawing import Chart
 
 Part = TypeVar("Part", bound=Any)
 
@@ -46,7 +46,7 @@ class AnyIsolation(PlottedResult):
 
     @property
     @abstractmethod
-    def _panels(self) -> list[Panel]:
+    def _panels(self) -> list[Chart]:
         """Of the plot, in two rows."""
 
     @property
@@ -103,8 +103,7 @@ class AnyIsolation(PlottedResult):
             return figure.axes
         axes = self._axes(ax)
         for one, panel in zip(axes, self._panels, strict=False):
-            panel.draw(one)
-        axes[0].legend(fontsize=8)
+            panel.draw(one, has_legend=one is axes[0])
         return axes
 
 

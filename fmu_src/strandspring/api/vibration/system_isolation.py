@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ...vibration.one_mass.curves_plot import Panel
+    from ...report.drawing import Chart
 
 _CANDIDATE = ResultColumn("candidate", "", "candidate", "candidate")
 _EXCITATION = ResultColumn("excitation", "", "excitation", "excitation")
@@ -215,15 +215,14 @@ class SystemIsolation(AnyIsolation):
         return 2, len(self._excitations)
 
     def _draw(self, figure: Figure) -> None:
-        from ...vibration.one_mass.curves_plot import draw_panels
+        from ...report.drawing import draw_panels
 
         draw_panels(figure, self._panels, self.name)
 
     @property
-    def _panels(self) -> list[Panel]:
+    def _panels(self) -> list[Chart]:
         """Gain above sway, a column for each excitation: colours tell points and candidates, and dashes levels."""
-        from ...vibration.one_mass.curves_plot import Curve as Drawn
-        from ...vibration.one_mass.curves_plot import Panel
+        from ...report.drawing import Steady, steady_chart
 
         of_gain = next(self.every)[1].gain_column
         gain = f"{of_gain.short or 'motion'} [{of_gain.shown or '-'}], largest of x, y and z"
@@ -236,11 +235,11 @@ class SystemIsolation(AnyIsolation):
                     values = largest if label is gain else 1e3 * response.sway
                     of = f"{candidate.label}, " if len(self.candidates) > 1 else ""
                     curves += [
-                        Drawn(response.frequency, along, response.stable, f"{of}{point.name}", response.level_text)
+                        Steady(response.frequency, along, response.stable, f"{of}{point.name}", response.level_text)
                         for point, along in zip(response.points, values.T, strict=True)
                         if response.excitation == excitation
                     ]
-                panels.append(Panel(label, curves, excitation if label is gain else ""))
+                panels.append(steady_chart(label, curves, excitation if label is gain else ""))
         return panels
 
 
