@@ -160,11 +160,6 @@ class Chart:
     places: Sequence[str] = ()  # names of what stands at x = 1, 2 and so on
     texts: Sequence[tuple[float, float, str, str]] = ()  # x, y, words and colour, where there is room
 
-    @property
-    def records(self) -> list[int]:
-        """Places of the records that it shows."""
-        return sorted({curve.record for curve in self.curves if curve.record is not None})
-
     def shown(self, record: int | None) -> list[Curve]:
         """The curves of one record and of none, or all if None."""
         return [curve for curve in self.curves if record is None or curve.record in (None, record)]
@@ -344,7 +339,7 @@ def steady_curves(motions: Sequence[Steady], record: int | None = None) -> list[
 
 
 def steady_chart(label: str, motions: Sequence[Steady], title: str = "", level: float | None = None) -> Chart:
-    """Motions over frequency with what `label` says they are, and a level across."""
+    """Motions over frequency, named by a label, and a level across."""
     curves = steady_curves(motions)
     if level is not None:
         ends = [end(float(end(motion.frequency)) for motion in motions) for end in (min, max)]
@@ -353,7 +348,7 @@ def steady_chart(label: str, motions: Sequence[Steady], title: str = "", level: 
 
 
 def draw_panels(figure: Figure, charts: Sequence[Chart], title: str) -> list[Axes]:
-    """Draw charts of the same curves into two rows of a figure of a constrained layout, with one legend."""
+    """Draw charts of the same curves into two rows of a figure, with one legend."""
     columns = len(charts) // 2
     axes = list(figure.subplots(2, columns, sharex="col", sharey="row", squeeze=False).flat)
     for one, chart in zip(axes, charts, strict=True):

@@ -1,4 +1,4 @@
-"""The report of an identification, and its charts, also for papers and notebooks in given axes or a file.
+"""The report of an identification, and its charts, also for papers and notebooks.
 
 Examples
 --------
@@ -80,6 +80,7 @@ _NEARLY = 0.9  # share of an amplitude that counts as that amplitude
 _PLACES = (0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2)  # where in the range a mass is tried to rest, by preference
 _VELOCITY = ResultColumn("velocity", "m/s", "velocity", shown="mm/s", factor=1e3)
 _TRANSMISSIBILITY = ResultColumn("transmissibility", "1", "absolute transmissibility")
+_KEYS = [f"amplitude-{column.key.replace('_', '-')}" for column in PANELS]
 _ITEM = ("item", "details")
 # The model does not follow its own records.
 _POOR = frozenset({Outcome.POOR_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})
@@ -122,7 +123,7 @@ class RecordView:
         return np.gradient(x, time) if axis.key == "velocity" else time - time[0]
 
     def curves(self, axis: ResultColumn) -> Iterator[Curve]:
-        """Measured and predicted force; over displacement of some of many cycles of two strokes, evenly chosen."""
+        """Measured and predicted force; over displacement of some of many cycles of two strokes."""
         x, chosen, place = self.along(axis), self.is_compared, self.place
         measured, predicted = self.record.force, self.fit.predicted
         if not chosen.all():
@@ -139,7 +140,7 @@ class RecordView:
 
 
 class Evaluation:
-    """An identification for charts: `views` of its records, of which some are `shown`, and units that suit it."""
+    """An identification for charts: `views` of its records, some of them `shown`, and fitting units."""
 
     def __init__(self, whole: IdentifiedModel, mass: float | None = None) -> None:
         p = whole.parameters
@@ -222,7 +223,7 @@ def residuals(e: Evaluation, over: str) -> Chart | None:
 
 
 def over_amplitude(e: Evaluation, place: int) -> Chart | None:
-    """One of `PANELS` over the amplitude, measured and modelled; None if it has no value.
+    """One of `PANELS` over the amplitude; None if it has no value.
 
     A loop whose force does not rise on the whole has no loss factor.
     """
@@ -246,8 +247,8 @@ def over_amplitude(e: Evaluation, place: int) -> Chart | None:
     unit = scaled(column, float(np.abs(y).max()))
     ends = " to ".join(f"{in_unit(float(y[k]), unit, 3)} at {in_unit(float(x[k]), e.length, 3)}" for k in (0, -1))
     sentence = f"Model's {column.words} from {ends}; measured loops: {len(measured)}."
-    key, title = f"amplitude-{column.key.replace('_', '-')}", f"{column.words.capitalize()} over amplitude"
-    return Chart(key, title, sentence, replace(e.length, words="amplitude"), unit, curves, "half", zero="x")
+    title = f"{column.words.capitalize()} over amplitude"
+    return Chart(_KEYS[place], title, sentence, replace(e.length, words="amplitude"), unit, curves, "half", zero="x")
 
 
 def branches(e: Evaluation) -> Chart:
@@ -266,7 +267,7 @@ def branches(e: Evaluation) -> Chart:
 
 
 def band(e: Evaluation) -> Chart | None:
-    """The last cycle of the last record with the uncertainty of its prediction; None if it is unknown."""
+    """The last cycle of the last record with its uncertainty; None if that is unknown."""
     whole, view = e.whole, e.views[-1]
     interval = ForceInterval.from_uncertainty(whole.uncertainty)
     joint = JointCovariance.from_uncertainty(whole.parameters, whole.uncertainty)
@@ -325,21 +326,19 @@ def _at_rest(e: Evaluation) -> Iterator[IsolatedMass]:
     """Masses whose weight rests within the range, near its middle first."""
     p = e.whole.parameters
     x = p.displacement_min + np.array(_PLACES) * (p.displacement_max - p.displacement_min)
-    for mass in (e.solver.force_with_partials(x, 0.0 * x)[0] / STANDARD_GRAVITY).tolist():
-        if mass > 0.0:
-            system = IsolatedMass(p, float(f"{mass:.2g}"))  # two digits, as somebody would ask for
-            with suppress(IsolationError):
-                static_equilibrium(system)
-                yield system
+    weights = e.solver.force_with_partials(x, 0.0 * x)[0]
+    for mass in (weights[weights > 0.0] / STANDARD_GRAVITY).tolist():
+        system = IsolatedMass(p, float(f"{mass:.2g}"))  # two digits, as somebody would ask for
+        with suppress(IsolationError):
+            static_equilibrium(system)
+            yield system
 
 
 CHARTS: dict[str, Callable[[Evaluation], Chart | str | None]] = {
     "loops": loops,
     "force": force,
     **{f"residuals-{over}": partial(residuals, over=over) for over in ("time", "displacement", "velocity")},
-    "amplitude-secant-stiffness": partial(over_amplitude, place=0),
-    "amplitude-energy-per-cycle": partial(over_amplitude, place=1),
-    "amplitude-loss-factor": partial(over_amplitude, place=2),
+    **{_KEYS[place]: partial(over_amplitude, place=place) for place in range(len(PANELS))},
     "branches": branches,
     "band": band,
     "transmissibility": transmissibility,
@@ -371,9 +370,7 @@ def plot_chart(
 
 
 def write_figure(path: str | Path, identification: IdentifiedModel) -> None:
-    """Write the loops as a figure for a column of a paper; raises StrandspringError for another ending than that of a
-    figure, or if it cannot be written.
-    """
+    """Write the loops as a figure for a paper; raises StrandspringError if its ending is wrong or it cannot be."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -396,7 +393,7 @@ def write_report(
 
 
 def report_page(identification: IdentifiedModel, model: ModelFile, parts: Parts, details: ReportDetails) -> Page:
-    """Everything a report says; parameters as of `write_report`."""
+    """Everything a report says."""
     e = Evaluation(identification, details.mass)
     charts = {key: found for key, make in CHARTS.items() if (found := make(e)) is not None}
 
@@ -415,24 +412,20 @@ def report_page(identification: IdentifiedModel, model: ModelFile, parts: Parts,
         Section("Test and release", [plain("", _ITEM, [*details.pairs, *signatures])]),
     ]
     names = {view.place: view.name for view in e.shown}
-    folders = sorted((view for view in e.views if PurePath(view.record.path).name != view.record.path),
-                     key=lambda view: -len(view.record.path))  # fmt: skip
+    folders = [view for view in e.views if PurePath(view.record.path).name != view.record.path]
     files = {view.record.path: view.name for view in folders}
     return Page(f"Spring identification: {model.name}", model.description, sections, names, files=files)
 
 
 def _headline(whole: IdentifiedModel) -> Notice:
-    """How far the model can be relied on: the verdict, or what is found without one."""
-    findings, verdict = set(whole.outcomes), whole.verdict
-    if verdict is not None:
-        sentence, is_usable = str(verdict), verdict.is_usable
+    """How far the model can be relied on."""
+    findings, text, is_usable = set(whole.outcomes), "Not tested on held-out strokes.", None
+    if whole.verdict is not None:
+        text, is_usable = str(whole.verdict), whole.verdict.is_usable
     elif findings & _POOR:
-        sentence, is_usable = "not usable: it does not follow its records", False
-    else:
-        sentence, is_usable = "not tested on held-out strokes", None
-    if is_usable is False:
-        return Notice(Level.POOR, _sentence(sentence))
-    return Notice(Level.GOOD if is_usable and not findings - _HARMLESS else Level.CARE, _sentence(sentence))
+        text, is_usable = "Not usable: it does not follow its own records.", False
+    level = Level.GOOD if is_usable and not findings - _HARMLESS else Level.CARE
+    return Notice(Level.POOR if is_usable is False else level, f"{text[0].upper()}{text[1:]}")
 
 
 def _tiles(e: Evaluation) -> Iterator[Tile]:
@@ -470,11 +463,6 @@ def _verdict(e: Evaluation) -> Iterator[Any]:
     for finding in (*whole.findings, *relaxed_branches(whole.parameters)):
         level = Level.CARE if finding.kind.severity in CAUTIONS else Level.INFORMATION
         yield Notice(level, words(finding, Reader.FILE))
-
-
-def _sentence(text: str) -> str:
-    """A clause with a capital and a full stop."""
-    return f"{text[0].upper()}{text[1:].removesuffix('.')}."
 
 
 def _assumptions(e: Evaluation) -> Table:

@@ -95,11 +95,6 @@ class Section:
     is_folded: bool = False
 
     @property
-    def key(self) -> str:
-        """What links to it."""
-        return self.title.lower().replace(" ", "-")
-
-    @property
     def groups(self) -> Iterator[tuple[str, list[Any]]]:
         """Blocks that follow each other, by the name of their kind."""
         return ((kind.__name__, list(blocks)) for kind, blocks in groupby(self.blocks, type))
@@ -118,18 +113,18 @@ class Page:
     cycles: int = 0  # that can be chosen
     options: Mapping[str, str] = field(default_factory=dict)  # that choose what is zoomed into, by charts
     levels: Mapping[str, Level] = field(default_factory=dict)  # of cells of tables with such a text
-    files: Mapping[str, str] = field(default_factory=dict)  # names for paths, the longest first
+    files: Mapping[str, str] = field(default_factory=dict)  # names for paths
     footer: str = f"strandspring {__version__}"
 
     def said(self, text: str) -> str:
         """A text without folders."""
-        for path, name in self.files.items():
-            text = text.replace(path, name)
+        for path in sorted(self.files, key=len, reverse=True):
+            text = text.replace(path, self.files[path])
         return text
 
 
 def write_page(path: str | Path, page: Page) -> None:
-    """Write a page as one HTML file; raises StrandspringError if its ending is wrong or it cannot be written."""
+    """Write a page as one file; raises StrandspringError if its ending is wrong or it cannot be written."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     check_report_path(path)
@@ -150,7 +145,7 @@ def write_page(path: str | Path, page: Page) -> None:
 
 
 def _panels(chart: Chart, papers: dict[Any, tuple[Figure, Axes]]) -> Iterator[tuple[int | None, str, dict[str, str]]]:
-    """Of each panel the place of its record if each has its own, its SVG, and the looks of its legend.
+    """Of each panel the place of its record, if it has one, its SVG, and the looks of its legend.
 
     Axes of one kind are used again, as making them takes longer than all the rest.
     """
@@ -162,7 +157,8 @@ def _panels(chart: Chart, papers: dict[Any, tuple[Figure, Axes]]) -> Iterator[tu
     below = max([_BELOW, *(8.0 + _LETTER * min(len(name), 30) for name in chart.places)])
     room = (_LEFT / width, below / height, 1.0 - (_LEFT + _RIGHT) / width, 1.0 - (below + _ABOVE) / height)
     kind = (room, chart.log, *chart.places)
-    for record in chart.records if chart.is_apart else (None,):
+    records = sorted({curve.record for curve in chart.curves if curve.record is not None})
+    for record in records if chart.is_apart else [None]:
         look: Any = {"svg.hashsalt": f"{chart.key}-{record}", "svg.fonttype": "none", "path.simplify_threshold": 0.3}
         with rc_context({**STYLE, **look}), io.StringIO() as file:
             if kind not in papers:

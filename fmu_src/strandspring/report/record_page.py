@@ -1,4 +1,4 @@
-"""`write_record_page`: records to look at before they are identified, and options that choose a part of them."""
+"""`write_record_page`: records to look at before they are identified, with options that choose of them."""
 
 from __future__ import annotations
 
@@ -106,11 +106,8 @@ def overview(record: Record, reader: Reader = Reader.FILE) -> RecordOverview:
 
 
 def write_record_page(path: Path, records: Sequence[Record]) -> None:
-    """Write a page with loops, strokes and cycles of records; zooming and choosing cycles prints options.
-
-    Raises
-    ------
-    StrandspringError   If the file does not end in .html, or cannot be written.
+    """Write a page with loops, strokes and cycles; zooming and choosing cycles prints options. Raises StrandspringError
+    if its ending is wrong or it cannot be written.
     """
     shown = [overview(record) for record in records]
     is_timed = all(record.rising_time is not None for record in records)

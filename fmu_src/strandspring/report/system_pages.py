@@ -1,5 +1,5 @@
-"""Reports of systems on mounts, under load cases and of steady vibration, and their charts: verdicts beside limits,
-histories and spectra of one answer at a time, drawings to scale.
+"""Reports of systems on mounts under load cases and of steady vibration, and their charts: verdicts beside limits,
+histories and spectra, drawings to scale.
 """
 
 from __future__ import annotations
@@ -182,7 +182,7 @@ def _shares_of_limits(answers: Sequence[CaseAnswer]) -> Iterator[Chart]:
         if figures:
             x, low, high = np.array(figures).T
             curves.append(Curve(x, 0.5 * (low + high), kind.value, colour, "", reach=0.5 * (high - low)))
-    sentence = "Of each kind the figure nearest to its limit; where its range is across it, nothing is decided."
+    sentence = "Of each kind the figure nearest to its limit."
     if curves:
         curves.append(Curve([0.5, len(shown) + 0.5], [1.0, 1.0], "limit", "poor", "--"))
         y, places = replace(PERCENT, words="share of the limit"), [answer.where for answer in shown]
@@ -209,16 +209,15 @@ def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
         sorted({figure.limit for answer in answers for figure in answer.figures_of(kind) if figure.limit})
         for kind in (FigureKind.STROKE, FigureKind.ACCELERATION)
     )
-    right = [0.0, 1.05 * max([*strokes, *(x for x, *_ in texts)], default=1.0)]
-    top = [0.0, 1.05 * max([*accelerations, *(y for _, y, *_ in texts)], default=1.0)]
+    right = max([*strokes, *(x for x, *_ in texts)], default=1.0)
+    top = max([*accelerations, *(y for _, y, *_ in texts)], default=1.0)
     for limit in strokes:
-        curves.append(Curve([limit] * 2, top, f"limit of stroke, {percent(limit, 4)}", "poor", "--"))
+        curves.append(Curve([limit] * 2, [0.0, top], f"limit of stroke, {percent(limit, 4)}", "poor", "--"))
     for limit in accelerations:
         name = f"limit of a point, {in_unit(limit, ACCELERATION)}"
-        curves.append(Curve(right, [limit] * 2, name, "poor", ":"))
-    sentence = "Each mark is a load case."
+        curves.append(Curve([0.0, right], [limit] * 2, name, "poor", ":"))
     x = replace(PERCENT, words="stroke")
-    return Chart("sheet", "Acceleration against stroke", sentence, x, ACCELERATION, curves, zero="xy", texts=texts)
+    return Chart("sheet", "", "", x, ACCELERATION, curves, zero="xy", texts=texts)
 
 
 def _deciding(answer: CaseAnswer) -> str:
@@ -289,41 +288,32 @@ def _loops(answer: CaseAnswer, courses: Courses) -> Iterator[Curve]:
         yield Curve([end, end], heights, "ends of the identified range", "muted", ":")
 
 
-def _shock_spectra(answer: CaseAnswer, courses: Courses) -> Iterator[Curve]:
-    """The largest of x, y and z."""
-    if courses.shock:
-        for along, name, colour, style in _named(answer, courses.shock, courses.base_shock):
-            largest = np.max([spectrum.maximax for spectrum in along], axis=0)
-            yield Curve(along[0].frequency, largest, name, colour, style)
-        for name, required in courses.allowed.items():
-            yield Curve(required.frequencies, required.at(required.frequencies), f"limit of {name}", "poor", "--")
-
-
-def _power_spectra(answer: CaseAnswer, courses: Courses) -> Iterator[Curve]:
-    """Sums over x, y and z, interrupted where there is next to none."""
-    for along, name, colour, style in _named(answer, courses.power, courses.base_power):
-        density = np.sum([spectrum.density for spectrum in along], axis=0)
-        density[density <= _NO_DENSITY * density.max()] = np.nan
-        yield Curve(along[0].frequency[1:], density[1:], name, colour, style)
-
-
-def _named(answer: CaseAnswer, of_points: Sequence[Any], base: Sequence[Any]) -> Iterator[tuple[Any, str, str, str]]:
-    """What there is of base and points, along x, y and z, with name, colour and style."""
-    if base:
-        yield base, "base", "muted", "--"
-    if of_points:
-        yield from ((of_points[k], name, colour, "-") for k, name, colour in _points(answer))
+def _spectra(answer: CaseAnswer, courses: Courses, kind: str) -> Iterator[Curve]:
+    """Of x, y and z the largest of shock, with limits, or the sum of power."""
+    base, of_points = getattr(courses, f"base_{kind}"), getattr(courses, kind)
+    named = [(base, "base", "muted", "--")] if base else []
+    named += [(of_points[k], name, colour, "-") for k, name, colour in _points(answer)] if of_points else []
+    for along, name, colour, style in named:
+        if kind == "shock":
+            y = np.max([spectrum.maximax for spectrum in along], axis=0)
+        else:
+            y = np.sum([spectrum.density for spectrum in along], axis=0)
+            y[y <= _NO_DENSITY * y.max()] = np.nan
+            y[0] = np.nan
+        yield Curve(along[0].frequency, y, name, colour, style)
+    for name, required in courses.allowed.items() if kind == "shock" and of_points else ():
+        yield Curve(required.frequencies, required.at(required.frequencies), f"limit of {name}", "poor", "--")
 
 
 def _points(answer: CaseAnswer) -> Iterator[tuple[int, str, str]]:
-    """The points with the largest acceleration, each with a colour of its own."""
+    """The points with the largest acceleration, each with a colour."""
     largest = np.max([run.figures.acceleration for run in answer.runs], axis=0)
     for point, colour in zip(sorted(np.argsort(-largest, kind="stable")[:_MOST_LINES].tolist()), COLOURS, strict=False):
         yield point, answer.system.points[point].name, colour
 
 
-_MAGNITUDE = "Magnitude of the vector in one run; the bar at each peak is the range of all runs, which is judged."
-_OF_LOOPS = f"The {_MOST_LINES} axes that use most of their ranges, in one run; stops and dampers included."
+_MAGNITUDE = "Magnitude in one run; the bar at each peak is the range of all runs, which is judged."
+_OF_LOOPS = f"The {_MOST_LINES} axes that use most of their ranges, in one run."
 _MAXIMAX = "The largest along x, y and z; damping is that of the allowed spectra, else 5 % of critical (Q = 10)."
 _CASE_CHARTS: dict[Chart, Callable[[CaseAnswer, Courses], Iterator[Curve]]] = {
     Chart("history-acceleration", "Acceleration beside its limit", _MAGNITUDE, TIME, ACCELERATION, (), is_apart=True,
@@ -333,9 +323,10 @@ _CASE_CHARTS: dict[Chart, Callable[[CaseAnswer, Courses], Iterator[Curve]]] = {
     Chart("loops", "Loops of the mounts", _OF_LOOPS, replace(DISPLACEMENT, words="displacement of a spring"),
           replace(FORCE, words="force of the axis"), (), is_apart=True): _loops,
     Chart("shock-spectra", "Shock response spectra", _MAXIMAX, replace(FREQUENCY, words="natural frequency"),
-          replace(ACCELERATION, words="maximax acceleration"), (), is_apart=True, log="xy"): _shock_spectra,
-    Chart("power-spectra", "Power spectral density", "Of acceleration, the sum of x, y and z, by Welch's method.",
-          FREQUENCY, _DENSITY, (), is_apart=True, log="xy"): _power_spectra,
+          replace(ACCELERATION, words="maximax acceleration"), (), is_apart=True,
+          log="xy"): partial(_spectra, kind="shock"),
+    Chart("power-spectra", "Power spectral density", "Of acceleration, the sum of x, y and z.",
+          FREQUENCY, _DENSITY, (), is_apart=True, log="xy"): partial(_spectra, kind="power"),
 }  # fmt: skip
 
 
@@ -350,7 +341,7 @@ def _gains(responses: Sequence[SystemResponse]) -> tuple[Chart, Chart]:
             motions = [Steady(one.frequency, along, one.stable, point.name) for along, point in columns]
             drawn[name] += steady_curves(motions, place)
     y = replace(responses[0].gain_column, words="gain")
-    of_gain = "First harmonic of each point's motion, absolute, in the direction in which it moves most."
+    of_gain = "First harmonic of each point's motion in the direction in which it moves most."
     of_sway = "Largest distance of a point from rest, relative to the base."
     return (
         Chart("gain", "Motion over excitation", of_gain, FREQUENCY, y, drawn["gain"], log="xy"),
@@ -410,7 +401,7 @@ def _drawings(system: MountedSystem, cases: Sequence[LoadCase]) -> Iterator[Char
 
 
 def _box(body: RigidBody) -> FloatArray:
-    """Corners of the uniform cuboid with the mass and inertia of a body, shape (8, 3) [m]."""
+    """Corners of the cuboid with the mass and inertia of a body, shape (8, 3) [m]."""
     moments, axes = np.linalg.eigh(np.array(body.inertia))
     # A moment is m/12 times the sum of the squares of the other two edges.
     edges = np.sqrt(np.maximum(6.0 / body.mass * (moments.sum() - 2.0 * moments), 0.0))
