@@ -159,7 +159,7 @@ class Evaluation:
         self.largest_residual = max(float(np.nanmax(np.abs(view.residuals))) for view in self.views)
         self.residual = scaled(replace(FORCE, words="measured − model"), self.largest_residual)
         cycles = (loop.figures.amplitude for loop in whole.recorded if loop.cycles)
-        # Below this amplitude loops are extrapolated [m]; infinite if none was measured.
+        # Below it loops are extrapolated [m].
         self.smallest_measured = _NEARLY * min(cycles, default=math.inf)
 
     @cached_property
@@ -218,7 +218,7 @@ def residuals(e: Evaluation, over: str) -> Chart | None:
                 curves.append(Curve(x[own], view.residuals[own], name, colour, ".", view.place))
     title, form = f"Residuals over {axis.words}", "wide" if axis is e.time else "half"
     rms, largest = (in_unit(value, e.residual, 3) for value in (e.whole.rmse, e.largest_residual))
-    sentence = f"Measured minus predicted force; rms {rms}, largest {largest}."
+    sentence = f"Rms {rms}, largest {largest}."
     return Chart(f"residuals-{over}", title, sentence, axis, e.residual, curves, form, is_apart=True)
 
 
@@ -316,7 +316,11 @@ def transmissibility(e: Evaluation) -> Chart | str:
     small, large = (f"{peak.transmissibility:.3g} at {peak.frequency:.3g} Hz" for peak in peaks)
     chosen = ", of a mass that rests near mid-range" if e.mass is None else ""
     rest, natural = in_unit(equilibrium.displacement, e.length), in_unit(equilibrium.frequency, FREQUENCY, 3)
-    sentence = f"Rest at {rest}{chosen}, natural frequency {natural}; resonance {small} (smallest motion) and {large}."
+    isolates = in_unit(peaks[-1].isolation_frequency, FREQUENCY, 3)
+    sentence = (
+        f"Rest at {rest}{chosen}, natural frequency {natural}; resonance {small} (smallest motion) and {large}, "
+        f"isolation from {isolates}."
+    )
     title = f"Transmissibility of {weighed} on one spring"
     curves = steady_curves(motions)
     return Chart("transmissibility", title, sentence, FREQUENCY, _TRANSMISSIBILITY, curves, log="xy")

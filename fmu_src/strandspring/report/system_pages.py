@@ -82,7 +82,9 @@ _LOADS = (
     ResultColumn("up", "m", "", "free stroke up", "mm", 1e3, 3),
 )
 _RANGES = "Sway is relative to the base, stroke the largest share of a spring's way from rest to the end of its range."
-_DRAWN = "Outlines are uniform cuboids with a body's mass and inertia, not its housing."
+_DRAWN = (
+    "Outlines are cuboids with a body's mass and inertia, not its housing; loads point as base or force accelerate."
+)
 
 
 def write_simulation(
@@ -150,7 +152,7 @@ def _verdict(answers: Sequence[CaseAnswer]) -> Iterator[Any]:
         passed = sum(answer.verdict is CaseVerdict.PASSES for answer in own)
         worst, note = max(own, key=lambda answer: answer.severity), "no figures"
         if (figure := worst.nearest_limit) is not None:
-            note = f"nearest limit: {_deciding(worst)} of {figure.subject} in {worst.case.name}"
+            note = f"nearest limit: {_deciding(worst)}, {figure.subject} in {worst.case.name}"
         yield Tile(name, f"{passed} of {len(own)}", "cases pass", note)
     yield from _shares_of_limits(answers)
 
