@@ -16,10 +16,10 @@ import reports
 from strandspring import Finding, Identification, Outcome, ReportDetails, StrandspringError
 from strandspring.errors import Reader
 from strandspring.findings import advised
-from strandspring.report import check_report_path, figure
+from strandspring.report import check_report_path, identification_page
 from strandspring.report.drawing import DISPLACEMENT, LIGHT, NUMBER, Chart, Curve, visible
 from strandspring.report.identification_page import report_page
-from strandspring.report.page import Gallery, Level, Notice, Page, Section, write_page
+from strandspring.report.page import Level, Notice, Page, Section, write_page
 
 X = np.linspace(-3.0, 5.0, 60)
 pytestmark = pytest.mark.long  # some seconds of identification and drawing
@@ -36,7 +36,7 @@ def blocks_of(page: Page, kind: type[Any]) -> list[Any]:
 def drawn(folder: Path, *curves: Curve, **options: Any) -> tuple[str, Any]:
     """The SVG of a chart on a page, and its scales: box, ends, whether they are logarithmic, units."""
     chart = Chart("key", "Title", "Words.", replace(DISPLACEMENT, factor=1.0), NUMBER, curves, **options)
-    write_page(folder / "page.html", Page("T", "", [Section("s", "S", [Gallery([chart])])], {}))
+    write_page(folder / "page.html", Page("T", "", [Section("S", [chart])], {}))
     svg = re.search(r"<svg.*?</svg>", (folder / "page.html").read_text(encoding="utf-8"), re.DOTALL)
     assert svg is not None
     scales = re.search('data-scales="(.*?)"', svg[0])
@@ -136,7 +136,7 @@ def test_the_report_begins_with_the_verdict_and_keeps_the_words_of_every_caution
         assert (first.level, words(first.text)) == (level, words(str(one.verdict)))
     findings = tuple(finding for finding in map(Finding, Outcome) if finding.is_complete)
     every = content_of(replace(reports.plain(), findings=findings))
-    said = [words(notice.text, notice.advice or "") for notice in blocks_of(every, Notice)]
+    said = [words(notice.text) for notice in blocks_of(every, Notice)]
     assert [finding.name for finding in findings if words(advised(finding, Reader.FILE)) not in said] == []
 
 
@@ -145,13 +145,13 @@ def test_figures_for_papers_and_notebooks(tmp_path: Path) -> None:
 
     for suffix in ("svg", "png", "pdf"):
         for name in "ab":
-            figure.write_figure(tmp_path / f"{name}.{suffix}", reports.campaign())
+            identification_page.write_figure(tmp_path / f"{name}.{suffix}", reports.campaign())
         assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
-    for key in figure.CHARTS:
+    for key in identification_page.CHARTS:
         axes = Figure().subplots()
-        assert figure.plot_chart(reports.campaign(), key, axes, record=1) is axes
+        assert identification_page.plot_chart(reports.campaign(), key, axes, record=1) is axes
         assert axes.lines or axes.collections or axes.patches, key
     with pytest.raises(StrandspringError, match="has no chart 'band'"):
-        figure.plot_chart(reports.plain(), "band", Figure().subplots())
+        identification_page.plot_chart(reports.plain(), "band", Figure().subplots())
     with pytest.raises(StrandspringError, match=r"let the report end in \.html, open it in a browser and print it"):
         check_report_path("r.pdf")

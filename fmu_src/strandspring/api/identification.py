@@ -131,8 +131,8 @@ class Identification(IdentifiedModel, PlottedResult):
         return self.table.frame().set_index("parameter")
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw measured and predicted loops, in new axes if None; `report.figure` has more charts."""
-        from ..report.figure import plot_chart
+        """Draw measured and predicted loops, in new axes if None; `report.identification_page` has more charts."""
+        from ..report.identification_page import plot_chart
 
         return plot_chart(self, ax=self._axes(ax)[0])
 

@@ -83,7 +83,7 @@ def identify(
     """
     if report is None and details != ReportDetails():
         raise click.UsageError("--date, --operator, --specimen, --field and --report-mass belong to --report.")
-    from ..report.figure import write_figure
+    from ..report.identification_page import write_figure
 
     identification = identified(records, reading, fitting)
     name = name or identifier(Path(output).stem)

@@ -17,7 +17,7 @@ _MOST_FIELDS = 50
 
 
 def check_report_path(path: str | Path) -> None:
-    """Refuse a report of another kind than HTML before the work begins; raises StrandspringError with what to do."""
+    """Raise StrandspringError with what to do unless a report is a page."""
     suffix = Path(path).suffix.lower()
     if suffix != ".html":
         advice = "; let the report end in .html, open it in a browser and print it to PDF." if suffix == ".pdf" else "."
@@ -35,7 +35,7 @@ def field_of(text: str) -> tuple[str, str]:
 @described
 @dataclass(frozen=True)
 class ReportDetails:
-    """Details of a report, as the user gives them; an empty text leaves a blank line to be filled in by hand.
+    """Details of a report as the user gives them; an empty text leaves a line to be filled in by hand.
 
     The date is given and never taken from the clock, so that the same input gives the same bytes.
 
@@ -71,20 +71,14 @@ class ReportDetails:
 
     def __post_init__(self) -> None:
         check(self, StrandspringError)
-        if len(self.fields) > _MOST_FIELDS:
-            raise StrandspringError(f"A report may have at most {_MOST_FIELDS} further fields, got {len(self.fields)}.")
-        if not all(isinstance(pair, tuple | list) and len(pair) == 2 for pair in self.fields):
+        if not all(isinstance(pair, tuple | list) and len(pair) == 2 and pair[0].strip() for pair in self.fields):
             raise StrandspringError(
                 f'`fields` must be pairs of label and text, such as (("Temperature", "23 °C"),), got {self.fields!r}.'
             )
-        for label, text in self.pairs:
-            if not label.strip():
-                raise StrandspringError(f"A field of the report needs a label, got an empty one for {text[:60]!r}.")
-            if (length := max(len(label), len(text))) > _LONGEST:
-                raise StrandspringError(
-                    f"A field of the report may have at most {_LONGEST} characters, got {length} in {label[:60]!r}; "
-                    "shorten it."
-                )
+        if len(self.fields) > _MOST_FIELDS or max(len(text) for pair in self.pairs for text in pair) > _LONGEST:
+            raise StrandspringError(
+                f"A report may have at most {_MOST_FIELDS} further fields, and texts of {_LONGEST} characters."
+            )
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:

@@ -1,27 +1,28 @@
 """Charts as data, how matplotlib draws them, and numbers in units that suit them.
 
-A chart holds its curves in SI units and a column for each axis, which says words, unit and factor; `scaled` chooses the
-unit in which values are neither tiny nor huge. Colours have names, of what they stand for; colour-blind people tell
-them apart (Okabe and Ito).
+A chart holds its curves in SI units, and a column for each axis; `scaled` chooses the unit in which values are neither
+tiny nor huge. Colours have names, and colour-blind people tell them apart (Okabe and Ito).
 """
 
 from __future__ import annotations
 
 import functools
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..ground.gravity import STANDARD_GRAVITY
 from ..ground.result_columns import ResultColumn
-from ..kernel.arrays import FloatArray, IndexArray
+from ..kernel.arrays import BoolArray, FloatArray, IndexArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
 
 LIGHT = {
     "measured": "#3b424c",
@@ -40,43 +41,39 @@ LIGHT = {
 STYLE: Any = {
     # The font that comes with matplotlib: the same bytes on every computer.
     "font.family": "DejaVu Sans",
-    "font.size": 7.0,
+    "font.size": 6.5,
     "axes.linewidth": 0.6,
     "axes.edgecolor": LIGHT["muted"],
-    "axes.labelcolor": LIGHT["text"],
     "axes.formatter.useoffset": False,
-    "text.color": LIGHT["text"],
-    "xtick.labelsize": 6.5,
-    "ytick.labelsize": 6.5,
-    "xtick.color": LIGHT["text"],
-    "ytick.color": LIGHT["text"],
     "xtick.bottom": False,
     "ytick.left": False,
-    "legend.fontsize": 6.5,
     "pdf.fonttype": 42,
-    "svg.fonttype": "path",
     "svg.hashsalt": "strandspring",
     "text.parse_math": False,
     "text.usetex": False,
 }
+COLOURS = ("blue", "green", "purple", "care", "model", "prediction", "text")
+_DASHES = ("-", "--", "-.", ":")  # the last is for what is unstable
 _ALL_POINTS, _POINTS = 40_000, (120, 4000)  # of a chart, and least and most of a curve
-_MOST_DIVIDED = 10.0**2.8  # ratio of the ends of an axis with ticks between powers of ten
 
-# Of each SI unit those for people, from small to large, each with its factor and the value [SI] where the next begins.
+# Units for people from small to large, with factors and the values [SI] where the next ones begin.
 _SCALES = {
     "N": (("mN", 1e3, 0.1), ("N", 1.0, 1e4), ("kN", 1e-3, math.inf)),
     "m": (("µm", 1e6, 1e-4), ("mm", 1e3, 30.0), ("m", 1.0, math.inf)),
-    "m/s": (("mm/s", 1e3, 10.0), ("m/s", 1.0, math.inf)),
     "J": (("µJ", 1e6, 1e-3), ("mJ", 1e3, 1.0), ("J", 1.0, 1e4), ("kJ", 1e-3, math.inf)),
     "N/m": (("N/m", 1.0, 1e3), ("N/mm", 1e-3, 1e7), ("kN/mm", 1e-6, math.inf)),
     "kg": (("g", 1e3, 1.0), ("kg", 1.0, 1e4), ("t", 1e-3, math.inf)),
 }
 _ORDINARY = (1e-3, 1e6)  # beyond these a power of ten goes to the unit, so that ticks stay short
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d{2,3})\b")
+_MINUS = re.compile(r"(?<![\w.)-])-(?=\.?\d)")
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:[µmk]?[NJm]|k?N/m{1,2}|mm/s|m/s|k?g|t|s|Hz|%)(?![\w/]))")
 NUMBER, PERCENT = ResultColumn("number", "1", ""), ResultColumn("share", "1", "", shown="%", factor=100.0)
 DISPLACEMENT = ResultColumn("displacement", "m", "displacement", shown="mm", factor=1e3)
 FORCE = ResultColumn("force", "N", "force", shown="N")
 TIME = ResultColumn("time", "s", "time", shown="s")
+SAMPLE = ResultColumn("sample", "1", "sample number")
 FREQUENCY = ResultColumn("frequency", "Hz", "frequency", shown="Hz")
 ACCELERATION = ResultColumn("acceleration", "m/s^2", "acceleration", shown="g", factor=1.0 / STANDARD_GRAVITY)
 
@@ -95,13 +92,8 @@ def scaled(column: ResultColumn, largest: float) -> ResultColumn:
     shown = abs(largest) * factor
     if 0.0 < shown < _ORDINARY[0] or _ORDINARY[1] <= shown < math.inf:
         power = 3 * math.floor(math.log10(shown) / 3.0)
-        name, factor = f"10{superscript(power)} {name}", factor * 10.0**-power
+        name, factor = f"10{str(power).translate(_SUPERSCRIPT)} {name}", factor * 10.0**-power
     return replace(column, shown=name, factor=factor)
-
-
-def superscript(exponent: int) -> str:
-    """An exponent in raised digits."""
-    return str(exponent).translate(_SUPERSCRIPT)
 
 
 def in_unit(value: float, column: ResultColumn = NUMBER, digits: int = 4) -> str:
@@ -120,22 +112,35 @@ def percent(share: float, digits: int = 2) -> str:
     return in_unit(share, PERCENT, digits)
 
 
+def printed(text: str) -> str:
+    """A text in the notation of print; no line ends between a number and its unit.
+
+    Examples
+    --------
+    >>> printed("from -2.93e-07 to 1.1e+03 J, +- 4 %").replace("\\xa0", "_")
+    'from −2.93×10⁻⁷ to 1.1×10³ J, ±4_%'
+    """
+    words = _EXPONENT.sub(lambda match: f"{match[1]}×10{str(int(match[2])).translate(_SUPERSCRIPT)}", text)
+    words = _MINUS.sub("\N{MINUS SIGN}", words).replace("+- ", "±").replace("+-", "±")
+    return _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", words)
+
+
 @dataclass(frozen=True, eq=False)
 class Curve:
     """What is drawn of some values, in SI units.
 
-    Its style is "-", "--" or ":" of a line, "." for a dot of each of many samples, "o" or "X" for few large marks, ""
-    for their error bars alone, "band" for the room about y.
+    Its style is "-", "--", "-." or ":" of a line, "." for a dot of each of many samples, "o", "X" or "_" for few large
+    marks, "" for their error bars alone, "band" for the room about y.
     """
 
     x: Any
     y: Any
-    name: str  # in the legend
+    name: str  # in the legend, if any
     colour: str  # by its name
     style: str = "-"
-    record: int | None = None  # place of the record it is of; on a page it is hidden while another one is chosen
+    record: int | None = None  # its place; on a page it is hidden while another one is chosen
     reach: Any = None  # half the length of error bars, or half the height of a band
-    width: float = 0.9  # of a line [points]
+    width: float = 0.9  # of a line or of error bars [points]
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,116 +153,100 @@ class Chart:
     x: ResultColumn
     y: ResultColumn
     curves: Sequence[Curve]
-    form: str = "half"  # "wide" as the page, "half" of that, or "square" and to scale
+    form: str = "wide"  # "wide" as the page, "half" of that, or "square" and to scale
     is_apart: bool = False  # each record in axes of its own
     log: str = ""  # letters of logarithmic axes
     zero: str = ""  # letters of axes that begin at zero
     places: Sequence[str] = ()  # names of what stands at x = 1, 2 and so on
     texts: Sequence[tuple[float, float, str, str]] = ()  # x, y, words and colour, where there is room
 
-    @property
-    def records(self) -> list[int]:
-        """Places of the records that it shows."""
-        return sorted({curve.record for curve in self.curves if curve.record is not None})
+    def shown(self, record: int | None) -> list[Curve]:
+        """The curves of one record and of none, or all if None."""
+        return [curve for curve in self.curves if record is None or curve.record in (None, record)]
 
     def named(self, record: int | None = None) -> dict[str, Curve]:
-        """A curve for each name in the legend, of one record or of all; empty without two of them."""
-        names = {curve.name: curve for curve in self.curves if record is None or curve.record in (None, record)}
-        return names if len(names) > 1 else {}
+        """The first curve of each name in the legend, of one record or of all."""
+        return dict(reversed({curve.name: curve for curve in reversed(self.shown(record)) if curve.name}.items()))
+
+    def draw(self, axes: Axes, record: int | None = None, *, has_legend: bool = True) -> Axes:
+        """Draw it in given axes, its legend above them; of one record by its place, or of all if None."""
+        from matplotlib import rc_context
+
+        names = self.named(record)
+        most = int(np.clip(_ALL_POINTS // max(1, len(self.curves)), *_POINTS))
+        with rc_context({"text.parse_math": False}):
+            for curve in self.shown(record):
+                is_first = names.get(curve.name) is curve
+                _draw_curve(axes, curve, self, most, shortened(curve.name, 60) if is_first else "")
+            for letter, axis, column in (("x", axes.xaxis, self.x), ("y", axes.yaxis, self.y)):
+                name = f"{column.words} [{column.shown}]" if column.shown else column.words
+                axis.set_label_text(name, parse_math=False)
+                if letter in self.log:
+                    _logarithmic(axes, axis, letter)
+                elif letter == "y" or not self.places:
+                    axes.locator_params(axis=letter, nbins=6)  # type: ignore[arg-type]
+                if letter in self.zero:
+                    axes.set(**{f"{letter}lim": (0.0, None)})
+            if self.places:
+                places = [shortened(name, 30) for name in self.places]
+                axes.set_xticks(range(1, len(places) + 1), places, rotation=90.0, parse_math=False)
+            if self.form == "square":
+                axes.set_aspect("equal", adjustable="datalim")
+                axes.margins(0.12)
+            axes.grid(True, which="major", color=LIGHT["grid"], lw=0.6)
+            axes.set_axisbelow(True)
+            axes.spines[["top", "right"]].set_visible(False)
+            _annotate(axes, [(self.x.factor * x, self.y.factor * y, *words) for x, y, *words in self.texts])
+            if has_legend and len(names) > 1:
+                columns = 2 if max(map(len, names)) < 30 else 1
+                axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=6.5, ncols=columns)
+        return axes
 
 
-def draw(chart: Chart, axes: Axes, record: int | None = None, *, has_legend: bool = True) -> Axes:
-    """A chart in given axes, its legend above them; of one record by its place, or of all if None."""
-    from matplotlib import rc_context
-
-    most = int(np.clip(_ALL_POINTS // max(1, len(chart.curves)), *_POINTS))
-    with rc_context({"text.parse_math": False}):
-        for curve in chart.curves:
-            if record is None or curve.record in (None, record):
-                _draw_curve(axes, curve, chart, most)
-        for letter, axis, column in (("x", axes.xaxis, chart.x), ("y", axes.yaxis, chart.y)):
-            name = f"{column.words} [{column.shown}]" if column.shown else column.words
-            axis.set_label_text(name, parse_math=False)
-            if letter in chart.log:
-                _logarithmic(axes, axis, letter)
-            elif letter == "y" or not chart.places:
-                axes.locator_params(axis=letter, nbins=6)  # type: ignore[arg-type]
-            if letter in chart.zero:
-                axes.set(**{f"{letter}lim": (0.0, None)})
-        if chart.places:
-            axes.xaxis.set_tick_params(labelrotation=90.0)
-            axes.set_xticks(
-                range(1, len(chart.places) + 1), [shortened(name, 30) for name in chart.places], parse_math=False
-            )
-        if chart.form == "square":
-            axes.set_aspect("equal", adjustable="datalim")
-            axes.margins(0.12)
-        axes.grid(True, which="major", color=LIGHT["grid"], lw=0.6)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
-        _annotate(axes, [(chart.x.factor * x, chart.y.factor * y, *words) for x, y, *words in chart.texts])
-        if has_legend and (kinds := chart.named(record)):
-            _add_legend(axes, list(kinds))
-    return axes
-
-
-def _draw_curve(axes: Axes, curve: Curve, chart: Chart, most: int) -> None:
+def _draw_curve(axes: Axes, curve: Curve, chart: Chart, most: int, label: str) -> None:
     x, y = chart.x.factor * np.asarray(curve.x, dtype=float), chart.y.factor * np.asarray(curve.y, dtype=float)
     reach = None if curve.reach is None else chart.y.factor * np.asarray(curve.reach, dtype=float)
     gid = None if curve.record is None else f"record-{curve.record}"
     look: dict[str, Any] = {"color": LIGHT[curve.colour], "gid": gid}
     if curve.style == "band" and reach is not None:
-        axes.fill_between(x, y - reach, y + reach, alpha=0.18, lw=0.0, label=curve.name, **look)
-    elif curve.style in ("-", "--", ":"):
+        axes.fill_between(x, y - reach, y + reach, alpha=0.18, lw=0.0, label=label, **look)
+    elif curve.style in _DASHES:
         gap = np.isnan(y)
         at = np.flatnonzero(~(gap & np.roll(gap, 1)))  # of a gap one sample is enough
         if at.size > most:
             at = at[np.union1d(visible(x[at], most // 2), visible(y[at], most // 2))]
-        axes.plot(x[at], y[at], curve.style, lw=curve.width, solid_capstyle="butt", label=curve.name, **look)
+        axes.plot(x[at], y[at], curve.style, lw=curve.width, solid_capstyle="butt", label=label, **look)
     elif curve.style == ".":
         at = visible(y, most)
         # Lines of next to no length that end round take little room in a file.
         ends = np.column_stack([x[at], x[at] + 1e-5 * np.ptp(x), np.full(at.size, np.nan)]).ravel()
         (dots,) = axes.plot(ends, np.repeat(y[at], 3), lw=1.8, solid_capstyle="round", alpha=0.8, **look)
         dots.get_path().should_simplify = False
-        axes.plot([], [], ".", label=curve.name, **look)
+        axes.plot([], [], ".", label=label, **look)
     else:
-        bars = axes.errorbar(x, y, yerr=reach, ls="none", marker=curve.style, ms=3.6, elinewidth=1.2,
-                             color=LIGHT[curve.colour], label=curve.name)  # fmt: skip
+        size = 15.0 if curve.style == "_" else 3.6
+        bars = axes.errorbar(x, y, reach, ls="none", marker=curve.style, ms=size, elinewidth=curve.width, label=label,
+                             color=LIGHT[curve.colour])  # fmt: skip
         for artist in bars.get_children():
             artist.set_gid(gid)
 
 
-def _add_legend(axes: Axes, names: Sequence[str]) -> None:
-    handles = {name: handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)}
-    width = axes.get_position().width * axes.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
-    shown = [shortened(name, 60) for name in names]
-    axes.legend(
-        [handles[name] for name in names], shown, loc="lower left", bbox_to_anchor=(0.0, 1.0),
-        frameon=False, fontsize=6.5, ncols=legend_columns(shown, width, 6.5), handlelength=1.8, columnspacing=1.4,
-        borderpad=0.2, labelspacing=0.3,
-    )  # fmt: skip
-
-
 def _logarithmic(axes: Axes, axis: Axis, letter: str) -> None:
-    """Ticks at 1, 2 and 5 where there is room, in plain numbers."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+    """Ticks such as 0.5, 1, 2, 5, so many that some lie between the limits, in plain numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
     axes.set(**{f"{letter}scale": "log"})
     low, high = axis.get_view_interval()
-    fine = high < _MOST_DIVIDED * low
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if fine else (1.0,), numticks=15 if fine else 8))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if 1e-4 < value < 1e5 else _power(value)))
+    decades = math.log10(high / low)
+    subs = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0) if decades < 1.0 else (1.0, 2.0, 5.0) if decades < 3.5 else (1.0,)
+    powers = LogLocator(subs=subs, numticks=8)
+    axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]) if decades < 0.4 else powers)
+    axis.set_major_formatter(FuncFormatter(lambda value, _: printed(f"{value:g}")))
     axis.set_minor_locator(NullLocator())
 
 
-def _power(value: float) -> str:
-    mantissa, exponent = f"{value:.0e}".split("e")
-    return f"{'' if mantissa == '1' else f'{mantissa}·'}10{superscript(int(exponent))}"
-
-
 def _annotate(axes: Axes, texts: Sequence[tuple[Any, ...]]) -> None:
-    """Texts with the names of their colours beside their points; those for which no place is free are left out."""
+    """Texts with names of colours beside their points; those for which no place is free are left out."""
     to_points = axes.transData + axes.get_figure(root=True).dpi_scale_trans.inverted()  # type: ignore[union-attr]
     taken = [(x - 3.0, x + 3.0, y - 3.0, y + 3.0) for x, y in (72.0 * to_points.transform(at[:2]) for at in texts)]
     for (x, y, text, colour), (left, right, below, above) in zip(texts, list(taken), strict=True):
@@ -272,16 +261,8 @@ def _annotate(axes: Axes, texts: Sequence[tuple[Any, ...]]) -> None:
                 break
 
 
-def legend_columns(names: Sequence[str], width: float, points: float, handle: int = 8) -> int:
-    """As many as fit into a width [inches], in letters of a height [points]; `handle` and gap are as many letters."""
-    # A letter is about 0.6 times as wide as high.
-    lengths = [0.6 / 72.0 * points * (len(name) + handle) for name in names]
-    of = (sum(max(lengths[k::columns]) for k in range(columns)) for columns in range(len(names), 1, -1))
-    return next((len(names) - k for k, needed in enumerate(of) if needed <= width), 1)
-
-
 def shortened(name: str, longest: int) -> str:
-    """A name without characters that the font lacks, cut in the middle to so many letters at most (20 or more).
+    """A name without characters that the font lacks, cut in the middle to so many letters (20 or more).
 
     Examples
     --------
@@ -305,16 +286,7 @@ def evenly(count: int, most: int) -> list[int]:
 
 
 def visible(values: FloatArray, most: int) -> IndexArray:
-    """Places of at most about `most` samples that draw the same line: the least and greatest of each short piece.
-
-    Parameters
-    ----------
-    values : ndarray, shape (K,)
-    most : int                     At least 4.
-
-    Returns
-    -------
-    ndarray of int, ascending, with both ends.
+    """Ascending places of about `most` samples that draw the same line: least and greatest of each short piece.
 
     Examples
     --------
@@ -330,3 +302,58 @@ def visible(values: FloatArray, most: int) -> IndexArray:
     begin = np.arange(padded.shape[0]) * length
     chosen = np.concatenate([begin + padded.argmin(axis=1), begin + padded.argmax(axis=1), [0, size - 1]])
     return np.unique(np.minimum(chosen, size - 1))
+
+
+class Steady(NamedTuple):
+    """Steady motions over frequency, in the order of their curve.
+
+    Attributes
+    ----------
+    frequency, values : ndarray, shape (P,)
+    is_stable : ndarray of bool, shape (P,)   Not between two folds.
+    group, variant : str                      What its colour and its dashes stand for, in words.
+    """
+
+    frequency: FloatArray
+    values: FloatArray
+    is_stable: BoolArray
+    group: str
+    variant: str = ""
+
+
+def steady_curves(motions: Sequence[Steady], record: int | None = None) -> list[Curve]:
+    """Lines of motions, dotted where they are unstable."""
+    from ..vibration.one_mass.response import with_neighbours
+
+    groups, variants = ([*dict.fromkeys(of)] for of in zip(*(motion[3:] for motion in motions), strict=True))
+    curves = []
+    for x, y, is_stable, group, variant in motions:
+        rounds, colour = divmod(groups.index(group), len(COLOURS))
+        style = _DASHES[(variants.index(variant) + rounds) % (len(_DASHES) - 1)]
+        name = ", ".join(filter(None, (group, variant)))
+        curves.append(Curve(x, np.where(is_stable, y, np.nan), name, COLOURS[colour], style, record))
+        if not is_stable.all():
+            dotted = np.where(with_neighbours(~is_stable), y, np.nan)
+            curves.append(Curve(x, dotted, "unstable", COLOURS[colour], _DASHES[-1], record))
+    return curves
+
+
+def steady_chart(label: str, motions: Sequence[Steady], title: str = "", level: float | None = None) -> Chart:
+    """Motions over frequency, named by a label, and a level across."""
+    curves = steady_curves(motions)
+    if level is not None:
+        ends = [end(float(end(motion.frequency)) for motion in motions) for end in (min, max)]
+        curves.append(Curve(ends, [level, level], "", "faint"))
+    return Chart("steady", title, "", FREQUENCY, ResultColumn("value", "", label), curves, log="xy")
+
+
+def draw_panels(figure: Figure, charts: Sequence[Chart], title: str) -> list[Axes]:
+    """Draw charts of the same curves into two rows of a figure, with one legend."""
+    columns = len(charts) // 2
+    axes = list(figure.subplots(2, columns, sharex="col", sharey="row", squeeze=False).flat)
+    for one, chart in zip(axes, charts, strict=True):
+        chart.draw(one, has_legend=False).set_title(chart.title)
+        one.label_outer()
+    figure.suptitle(title)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=columns + 1, frameon=False)
+    return axes

@@ -1,137 +1,442 @@
-"""`write_report`: an identification's report, what is said in which order."""
+"""The report of an identification, and its charts, also for papers and notebooks.
+
+Examples
+--------
+>>> import numpy as np
+>>> from strandspring import Record, identify
+>>> from strandspring.report.identification_page import plot_chart
+>>> x = 0.02 * np.sin(np.linspace(0.0, 6 * np.pi, 900))
+>>> spring_force = 2e3 * x + 10.0 * np.tanh(500.0 * (x + 0.004 * np.sign(np.gradient(x))))
+>>> axes = plot_chart(identify(Record(x, spring_force)), "branches")
+>>> axes.get_xlabel()
+'displacement [mm]'
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
-from pathlib import Path
-from typing import Any
+import json
+import math
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import pairwise
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from .._version import __version__
-from ..errors import Reader, worded
-from ..findings import CAUTIONS, Finding, Outcome, detailed, gathered
+from ..errors import IsolationError, ModelError, Reader, StrandspringError
+from ..findings import CAUTIONS, Outcome, gathered, words
+from ..ground.gravity import STANDARD_GRAVITY
+from ..ground.plotfile import SUFFIXES, save_figure, some_axes
+from ..ground.result_columns import ResultColumn
+from ..identification.figures import RecordFit, chosen_samples
 from ..identification.identified import IdentifiedModel
+from ..kernel.arrays import BoolArray, FloatArray
+from ..kernel.path import PathSolver
 from ..loops.campaign import campaign_verdicts
+from ..loops.cycles import find_cycles
 from ..loops.loop import PANELS, relaxed_branches, steady_loop
+from ..loops.strokes import Strokes, find_strokes
+from ..model.joint import NORMAL_95, ForceInterval, JointCovariance
 from ..model.modelfile import ModelFile
-from ..model.stated_figures import energy_ratio
+from ..model.stated_figures import differ, energy_ratio
+from ..records.record import Record
+from ..vibration.one_mass.band import band_frequencies
+from ..vibration.one_mass.options import DEFAULT_SHARES, Excitation
+from ..vibration.one_mass.response import frequency_response
+from ..vibration.one_mass.system import IsolatedMass, free_travel, static_equilibrium
 from . import ReportDetails, check_report_path
-from .drawing import Chart, in_unit, percent, scaled
-from .figure import CHARTS, Evaluation, transmissibility
-from .page import (
-    Block,
-    Facts,
-    Gallery,
-    Level,
-    Notice,
-    Page,
-    Parts,
-    Section,
-    Table,
-    Tile,
-    Tiles,
-    blocks_of,
-    write_page,
+from .drawing import (
+    DISPLACEMENT,
+    FORCE,
+    FREQUENCY,
+    SAMPLE,
+    STYLE,
+    TIME,
+    Chart,
+    Curve,
+    Steady,
+    evenly,
+    in_unit,
+    percent,
+    scaled,
+    steady_curves,
 )
+from .page import Level, Notice, Page, Parts, Section, Table, Tile, plain, write_page
 
-# Findings that say that the model does not follow its own records.
-_POOR = frozenset({Outcome.POOR_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})
-# Findings that leave the model as good as it would be without them.
-_HARMLESS = frozenset(kind for kind in Outcome if kind.severity not in CAUTIONS)
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLUMN = 88.0 / 25.4  # width of a column of a journal [inches]
+_RESOLUTION = 600  # of a PNG [dots per inch]
+_RECORDS, _CYCLES = 40, 12  # in the charts, and of a record where cycles lie over each other
 _LISTED = 200  # records in tables and assumptions
+_MODEL_POINTS, _BAND_POINTS = 401, 150
+_AMPLITUDES = np.linspace(0.05, 1.0, 15)  # of the model's curve, shares of half the identified range
+_NEARLY = 0.9  # share of an amplitude that counts as that amplitude
+_PLACES = (0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2)  # where in the range a mass is tried to rest, by preference
+_VELOCITY = ResultColumn("velocity", "m/s", "velocity", shown="mm/s", factor=1e3)
+_TRANSMISSIBILITY = ResultColumn("transmissibility", "1", "absolute transmissibility")
+_KEYS = [f"amplitude-{column.key.replace('_', '-')}" for column in PANELS]
+_ITEM = ("item", "details")
+# The model does not follow its own records.
+_POOR = frozenset({Outcome.POOR_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})
+# They leave the model as good as it would be without them.
+_HARMLESS = frozenset(kind for kind in Outcome if kind.severity not in CAUTIONS)
+
+
+@dataclass(frozen=True, eq=False)
+class RecordView:
+    """A record beside its prediction."""
+
+    name: str  # of its file without folders
+    record: Record
+    fit: RecordFit  # of the spring alone along the displacement as recorded
+    fitted: RecordFit  # with what was removed from the record
+    place: int  # among the records
+
+    @cached_property
+    def strokes(self) -> Strokes:
+        """Strokes of the measured displacement."""
+        return find_strokes(self.record.displacement)
+
+    @cached_property
+    def is_compared(self) -> BoolArray:
+        """Samples that are compared, shape (K,)."""
+        return chosen_samples(self.record, self.fit.first_sample)
+
+    @property
+    def residuals(self) -> FloatArray:
+        """Measured minus predicted force [N]; NaN where a sample is not compared."""
+        return np.where(self.is_compared, self.record.force - self.fit.predicted, np.nan)
+
+    def along(self, axis: ResultColumn) -> FloatArray:
+        """What an axis counts, shape (K,) [SI]."""
+        x, time = self.record.displacement, self.record.rising_time
+        if axis.key == "displacement":
+            return x
+        if axis.key == "sample" or time is None:
+            return np.arange(1.0, x.size + 1.0)
+        return np.gradient(x, time) if axis.key == "velocity" else time - time[0]
+
+    def curves(self, axis: ResultColumn) -> Iterator[Curve]:
+        """Measured and predicted force; over displacement of some of many cycles of two strokes."""
+        x, chosen, place = self.along(axis), self.is_compared, self.place
+        measured, predicted = self.record.force, self.fit.predicted
+        if not chosen.all():
+            yield Curve(x, np.where(chosen, np.nan, measured), "not compared", "faint", record=place)
+        if axis.key == "displacement":
+            turning = self.strokes.turning
+            starts = turning[np.searchsorted(turning, self.fit.first_sample) :: 2]
+            cycle = np.searchsorted(starts, np.arange(x.size), side="right")
+            chosen = chosen & np.isin(cycle, evenly(starts.size + 1, _CYCLES))
+        yield Curve(x, np.where(chosen, measured, np.nan), "measured", "measured", record=place, width=1.3)
+        if differ(self.fit.figures, self.fitted.figures):
+            yield Curve(x, np.where(chosen, self.fitted.predicted, np.nan), "as fitted", "faint", "--", place)
+        yield Curve(x, np.where(chosen, predicted, np.nan), "model", "model", record=place)
+
+
+class Evaluation:
+    """An identification for charts: `views` of its records, some of them `shown`, and fitting units."""
+
+    def __init__(self, whole: IdentifiedModel, mass: float | None = None) -> None:
+        p = whole.parameters
+        self.whole, self.mass, self.solver = whole, mass, PathSolver(p)
+        # Equal names of files are numbered.
+        names = [PurePath(record.path).name or record.path for record in whole.records]
+        counts = [names[: k + 1].count(name) for k, name in enumerate(names)]
+        numbered = [name if count == 1 else f"{name} ({count})" for name, count in zip(names, counts, strict=True)]
+        rows = zip(numbered, whole.records, whole.fits, whole.fitted, range(len(names)), strict=True)
+        self.views = [RecordView(*row) for row in rows]
+        self.shown = [self.views[k] for k in evenly(len(self.views), _RECORDS)]
+        self.time = SAMPLE if any(record.rising_time is None for record in whole.records) else TIME
+        self.length = scaled(DISPLACEMENT, p.displacement_max - p.displacement_min)
+        self.force = scaled(FORCE, max(float(np.abs(record.force).max()) for record in whole.records))
+        # Of all samples compared [N].
+        self.largest_residual = max(float(np.nanmax(np.abs(view.residuals))) for view in self.views)
+        self.residual = scaled(replace(FORCE, words="measured − model"), self.largest_residual)
+        cycles = (loop.figures.amplitude for loop in whole.recorded if loop.cycles)
+        # Below it loops are extrapolated [m].
+        self.smallest_measured = _NEARLY * min(cycles, default=math.inf)
+
+    @cached_property
+    def curve(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Amplitudes of steady loops about mid-range [m], shape (A,), their `PANELS`, and half of the 95 % intervals of
+        these, shape (A, 3), NaN where the records do not decide them.
+        """
+        whole, p = self.whole, self.whole.parameters
+        middle = 0.5 * (p.displacement_max + p.displacement_min)
+        amplitudes = _AMPLITUDES * (p.displacement_max - middle)
+
+        def figures(solver: PathSolver) -> FloatArray:
+            found = (steady_loop(solver, middle - one, middle + one).figures for one in amplitudes.tolist())
+            return np.array([[getattr(of, column.key) for column in PANELS] for of in found])
+
+        joint = JointCovariance.from_uncertainty(p, whole.uncertainty)
+        reach = np.full((amplitudes.size, len(PANELS)), np.nan)
+        if joint is not None:
+            with suppress(ModelError):  # next to it there may be no spring any more
+                reach = NORMAL_95 * joint.errors(p, lambda moved: figures(PathSolver(moved)))
+        # Of another minimum, which may fit as well, the covariance at this one says nothing.
+        if {Outcome.SMALL_LOOPS, Outcome.ONE_AMPLITUDE} & {*whole.outcomes}:
+            reach[amplitudes < self.smallest_measured] = np.nan
+        return amplitudes, figures(self.solver), reach
+
+
+def loops(e: Evaluation) -> Chart:
+    """Measured and predicted loops over each other."""
+    curves = [curve for view in e.shown for curve in view.curves(e.length)]
+    rms = in_unit(e.whole.rmse, e.force, 3)
+    sentence = f"The saved spring alone along the displacement as recorded; rms error {rms}."
+    return Chart("loops", "Measured and predicted loops", sentence, e.length, e.force, curves)
+
+
+def force(e: Evaluation) -> Chart:
+    """Measured and predicted force along the record."""
+    curves = [curve for view in e.shown for curve in view.curves(e.time)]
+    samples, of = sum(view.fit.samples for view in e.views), sum(len(view.record) for view in e.views)
+    sentence = f"{samples} of {of} samples are compared."
+    return Chart("force", f"Force over {e.time.words}", sentence, e.time, e.force, curves, is_apart=True)
+
+
+def residuals(e: Evaluation, over: str) -> Chart | None:
+    """Residuals over time, displacement or velocity; None without times of which to take that."""
+    axis = {"displacement": e.length, "velocity": _VELOCITY}.get(over, e.time)
+    if axis is _VELOCITY and e.time is not TIME:
+        return None
+    curves = []
+    for view in e.shown:
+        x, direction = view.along(axis), view.strokes.direction[view.strokes.of_sample]
+        if axis is e.time:
+            curves.append(Curve(x, view.residuals, "residual", "blue", record=view.place))
+            continue
+        for name, colour, way in (("loading", "blue", 1), ("unloading", "green", -1)):
+            if (own := view.is_compared & (direction == way)).any():
+                curves.append(Curve(x[own], view.residuals[own], name, colour, ".", view.place))
+    title, form = f"Residuals over {axis.words}", "wide" if axis is e.time else "half"
+    rms, largest = (in_unit(value, e.residual, 3) for value in (e.whole.rmse, e.largest_residual))
+    sentence = f"Rms {rms}, largest {largest}."
+    return Chart(f"residuals-{over}", title, sentence, axis, e.residual, curves, form, is_apart=True)
+
+
+def over_amplitude(e: Evaluation, place: int) -> Chart | None:
+    """One of `PANELS` over the amplitude; None if it has no value.
+
+    A loop whose force does not rise on the whole has no loss factor.
+    """
+    column, (x, y, reach) = PANELS[place], e.curve
+    known = np.isfinite(y[:, place])
+    if not known.any():
+        return None
+    x, y, reach = x[known], y[known, place], reach[known, place]
+    begin = min(int(np.searchsorted(x, e.smallest_measured)), x.size - 1)
+    curves = [
+        Curve(x[begin:], y[begin:], "model about mid-range", "model"),
+        Curve(x[: begin + 1], y[: begin + 1], "model, extrapolated", "model", "--"),
+    ]
+    if np.isfinite(reach).any():
+        curves.insert(0, Curve(x, y, "model, 95 % interval", "model", "band", reach=reach))
+    measured = [loop for loop in e.whole.recorded if loop.cycles]
+    if measured:
+        at, of = np.array([[loop.figures.amplitude, getattr(loop.figures, column.key)] for loop in measured]).T
+        spread = [0.0 if loop.spread is None else getattr(loop.spread, column.key) for loop in measured]
+        curves.append(Curve(at, of, "measured, by cycle", "measured", "o", reach=spread))
+    unit = scaled(column, float(np.abs(y).max()))
+    ends = " to ".join(f"{in_unit(float(y[k]), unit, 3)} at {in_unit(float(x[k]), e.length, 3)}" for k in (0, -1))
+    sentence = f"Model's {column.words} from {ends}; measured loops: {len(measured)}."
+    title = f"{column.words.capitalize()} over amplitude"
+    return Chart(_KEYS[place], title, sentence, replace(e.length, words="amplitude"), unit, curves, "half", zero="x")
+
+
+def branches(e: Evaluation) -> Chart:
+    """Elastic force and saturated branches."""
+    p = e.whole.parameters
+    x = np.linspace(p.displacement_min, p.displacement_max, _MODEL_POINTS)
+    lower, elastic, upper = (e.solver.force_with_partials(x, np.full(x.size, omega))[0] for omega in (-1.0, 0.0, 1.0))
+    curves = [
+        Curve(x, upper, "loading, saturated", "blue"),
+        Curve(x, elastic, "elastic force FE", "model"),
+        Curve(x, lower, "unloading, saturated", "green"),
+    ]
+    apart = in_unit(float(np.mean(upper - lower)), e.force, 3)
+    sentence = f"FE between the branches that long strokes approach, {apart} apart in the mean."
+    return Chart("branches", "Elastic force and saturated branches", sentence, e.length, e.force, curves, "half")
+
+
+def band(e: Evaluation) -> Chart | None:
+    """The last cycle of the last record with its uncertainty; None if that is unknown."""
+    whole, view = e.whole, e.views[-1]
+    interval = ForceInterval.from_uncertainty(whole.uncertainty)
+    joint = JointCovariance.from_uncertainty(whole.parameters, whole.uncertainty)
+    if interval is None or joint is None:
+        return None
+    x, start, time = view.record.displacement, view.fit.omega_start, view.record.rising_time
+    cycle = next(reversed(find_cycles(view.record)), None)
+    ends = (0, x.size - 1) if cycle is None else (cycle.first_sample, cycle.last_sample)
+    own = slice(ends[0], ends[1] + 1)
+    errors = joint.errors(whole.parameters, lambda moved: PathSolver(moved).force(x, start, time))
+    reaching, sure = interval.reach(view.fit.predicted, errors), NORMAL_95 * errors
+    curves = [Curve(x[own], view.fit.predicted[own], "model", "model")]
+    for low, high in pairwise(np.unique(np.clip(view.strokes.turning, *ends)).tolist()):
+        for name, colour, reach in (
+            ("95 % prediction interval of a measured force", "prediction", reaching),
+            ("95 % confidence band of the mean", "model", sure),
+        ):
+            at = slice(low, high + 1)
+            curves.append(Curve(x[at], view.fit.predicted[at], name, colour, "band", reach=reach[at]))
+    prediction, mean = (in_unit(float(np.median(reach[own])), e.residual, 2) for reach in (reaching, sure))
+    sentence = f"In the median the prediction interval is ±{prediction}, the confidence band ±{mean}."
+    return Chart("band", "Last cycle with its uncertainty", sentence, e.length, e.force, curves, "half")
+
+
+def transmissibility(e: Evaluation) -> Chart | str:
+    """Absolute transmissibility under three levels of base motion, or why it cannot be had."""
+    try:
+        system = next(_at_rest(e)) if e.mass is None else IsolatedMass(e.whole.parameters, e.mass)
+        equilibrium = static_equilibrium(system)
+        travel, frequencies = free_travel(system, equilibrium), band_frequencies(None, _BAND_POINTS, equilibrium)
+        responses = [
+            frequency_response(system, Excitation.BASE_DISPLACEMENT, share * travel, frequencies)
+            for share in DEFAULT_SHARES
+        ]
+    except IsolationError as refusal:
+        return f"Transmissibility: {refusal}"
+    except StopIteration:
+        return "Transmissibility: no mass rests on this spring by its own weight."
+    motions = []
+    for response in responses:
+        level = f"base ±{in_unit(response.level, scaled(DISPLACEMENT, response.level), 2)}"
+        x, y = response.column("frequency"), response.column("transmissibility")
+        motions.append(Steady(x, y, ~response.unstable, level))
+    weighed = in_unit(system.mass, scaled(ResultColumn("mass", "kg", "mass"), system.mass))
+    peaks = [response.resonance for response in (responses[0], responses[-1])]
+    small, large = (f"{peak.transmissibility:.3g} at {peak.frequency:.3g} Hz" for peak in peaks)
+    chosen = ", of a mass that rests near mid-range" if e.mass is None else ""
+    rest, natural = in_unit(equilibrium.displacement, e.length), in_unit(equilibrium.frequency, FREQUENCY, 3)
+    isolates = in_unit(peaks[-1].isolation_frequency, FREQUENCY, 3)
+    sentence = (
+        f"Rest at {rest}{chosen}, natural frequency {natural}; resonance {small} (smallest motion) and {large}, "
+        f"isolation from {isolates}."
+    )
+    title = f"Transmissibility of {weighed} on one spring"
+    curves = steady_curves(motions)
+    return Chart("transmissibility", title, sentence, FREQUENCY, _TRANSMISSIBILITY, curves, log="xy")
+
+
+def _at_rest(e: Evaluation) -> Iterator[IsolatedMass]:
+    """Masses whose weight rests within the range, near its middle first."""
+    p = e.whole.parameters
+    x = p.displacement_min + np.array(_PLACES) * (p.displacement_max - p.displacement_min)
+    weights = e.solver.force_with_partials(x, 0.0 * x)[0]
+    for mass in (weights[weights > 0.0] / STANDARD_GRAVITY).tolist():
+        system = IsolatedMass(p, float(f"{mass:.2g}"))  # two digits, as somebody would ask for
+        with suppress(IsolationError):
+            static_equilibrium(system)
+            yield system
+
+
+CHARTS: dict[str, Callable[[Evaluation], Chart | str | None]] = {
+    "loops": loops,
+    "force": force,
+    **{f"residuals-{over}": partial(residuals, over=over) for over in ("time", "displacement", "velocity")},
+    **{_KEYS[place]: partial(over_amplitude, place=place) for place in range(len(PANELS))},
+    "branches": branches,
+    "band": band,
+    "transmissibility": transmissibility,
+}
+
+
+def plot_chart(
+    identification: IdentifiedModel, chart: str = "loops", ax: Axes | None = None, record: int | None = None
+) -> Axes:
+    """Draw a chart of the report.
+
+    Parameters
+    ----------
+    identification : IdentifiedModel
+    chart : str             One of `CHARTS`.
+    ax : Axes or None       To draw into; new ones of pyplot if None.
+    record : int or None    Place of the record shown; all if None.
+
+    Raises
+    ------
+    StrandspringError       If there is no such chart, or nothing is known of what it shows.
+    """
+    if chart not in CHARTS:
+        raise StrandspringError(f"`chart` must be one of {', '.join(CHARTS)}, got {chart!r}.")
+    found = CHARTS[chart](Evaluation(identification))
+    if not isinstance(found, Chart):
+        raise StrandspringError(found or f"This identification has no chart {chart!r}.")
+    return found.draw(some_axes(ax)[0], record)
+
+
+def write_figure(path: str | Path, identification: IdentifiedModel) -> None:
+    """Write the loops as a figure for a paper; raises StrandspringError if its ending is wrong or it cannot be."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise StrandspringError(f"A figure must end in {', '.join(SUFFIXES)}, got {str(path)!r}.")
+    with rc_context(STYLE):
+        figure = Figure((COLUMN, 0.62 * COLUMN), layout="constrained")
+        loops(Evaluation(identification)).draw(figure.subplots())
+        save_figure(path, figure, _RESOLUTION)
 
 
 def write_report(
     path: str | Path, identification: IdentifiedModel, model: ModelFile, parts: Parts,
     details: ReportDetails | None = None,
 ) -> None:  # fmt: skip
-    """Write the report of an identification with the lines and tables of its result.
-
-    Raises
-    ------
-    StrandspringError       If the file does not end in .html, or cannot be written.
-    """
+    """Write the report with the parts of a result; raises StrandspringError if its ending is wrong or it cannot be."""
     check_report_path(path)
     write_page(path, report_page(identification, model, parts, details or ReportDetails()))
 
 
 def report_page(identification: IdentifiedModel, model: ModelFile, parts: Parts, details: ReportDetails) -> Page:
-    """Everything a report says; parameters as of `write_report`."""
-    e = Evaluation(identification)
-    isolation = transmissibility(e, details.mass)
-    signatures = [(f"{role}: name, date, signature", "") for role in ("Prepared", "Checked", "Approved")]
+    """Everything a report says."""
+    e = Evaluation(identification, details.mass)
+    charts = {key: found for key, make in CHARTS.items() if (found := make(e)) is not None}
+
+    def of(*subjects: str) -> list[Chart | str]:
+        return [chart for key, chart in charts.items() if key.partition("-")[0] in subjects]
+
     result = [part for part in parts if part != str(identification.verdict)]
-    amplitudes = [key for key in CHARTS if key.startswith("amplitude-")]
+    signatures = [(f"{role}: name, date, signature", "") for role in ("Prepared", "Checked", "Approved")]
     sections = [
-        Section("verdict", "Verdict", [*_verdict(e)]),
-        Section("figures", "Figures", [*blocks_of(result, e.prose), _gallery(e, *amplitudes, "branches", "band")]),
-        Section("fit", "Fit", [_gallery(e, "force", *(key for key in CHARTS if key.startswith("residuals-")))]),
-        Section(
-            "isolation", "Vibration isolation", [isolation if isinstance(isolation, str) else Gallery([isolation])]
-        ),
-        Section("assumptions", "What was assumed", [_assumptions(e)], is_folded=True),
-        Section("provenance", "Provenance", [*_provenance(e, model)], is_folded=True),
-        Section("release", "Test and release", [Facts(details.pairs), Facts(signatures)]),
+        Section("Verdict", [_headline(identification), *_tiles(e), *of("loops"), *_verdict(e)]),
+        Section("Figures", [*result, *of("amplitude", "branches", "band")]),
+        Section("Fit", of("force", "residuals")),
+        Section("Vibration isolation", of("transmissibility")),
+        Section("What was assumed", [_assumptions(e)], is_folded=True),
+        Section("Provenance", [*_provenance(e, model)], is_folded=True),
+        Section("Test and release", [plain("", _ITEM, [*details.pairs, *signatures])]),
     ]
     names = {view.place: view.name for view in e.shown}
-    return Page(f"Spring identification: {model.name}", e.prose(model.description), sections, names)
-
-
-def _gallery(e: Evaluation, *keys: str) -> Gallery:
-    """Charts by their names, without those that are unknown."""
-    return Gallery([chart for key in keys if isinstance(chart := CHARTS[key](e), Chart)])
-
-
-def _verdict(e: Evaluation) -> Iterator[Block]:
-    whole = e.identification
-    yield _headline(whole)
-    yield Tiles([*_tiles(e)])
-    yield _gallery(e, "loops")
-    rate, overlap = campaign_verdicts(whole.records)
-    unknown = "The model is rate independent; these records do not show whether the spring is."
-    yield " ".join((unknown if rate is None else rate.sentence, *([] if overlap is None else [overlap.sentence])))
-    if whole.verdict is not None and whole.verdict.whole is not None:
-        errors = {"this spring": whole.verdict.whole.error, **whole.verdict.whole.plain}
-        header = ("model", "error, share of the force's standard deviation")
-        yield Table("Held-out error", header, [(name, percent(error)) for name, error in errors.items()])
-    for finding in (*whole.findings, *relaxed_branches(whole.parameters)):
-        yield _caution(finding, e)
+    folders = [view for view in e.views if PurePath(view.record.path).name != view.record.path]
+    files = {view.record.path: view.name for view in folders}
+    return Page(f"Spring identification: {model.name}", model.description, sections, names, files=files)
 
 
 def _headline(whole: IdentifiedModel) -> Notice:
-    """How far the model can be relied on: the verdict, or what is found without one."""
-    findings, verdict = set(whole.outcomes), whole.verdict
-    if verdict is not None:
-        sentence, is_usable = str(verdict), verdict.is_usable
+    """How far the model can be relied on."""
+    findings, text, is_usable = set(whole.outcomes), "Not tested on held-out strokes.", None
+    if whole.verdict is not None:
+        text, is_usable = str(whole.verdict), whole.verdict.is_usable
     elif findings & _POOR:
-        sentence, is_usable = "not usable: it does not follow its own records", False
-    else:
-        sentence, is_usable = "not tested on held-out strokes, as by the refined method", None
-    if is_usable is False:
-        return Notice(Level.POOR, _sentence(sentence))
-    return Notice(Level.GOOD if is_usable and not findings - _HARMLESS else Level.CARE, _sentence(sentence))
-
-
-def _caution(finding: Finding, e: Evaluation) -> Notice:
-    """What was found, and the advice apart from it."""
-    kind, reader = finding.kind.value, Reader.FILE
-    head, remedy = (worded(text, finding.numbers, reader) for text in (kind.sentence, kind.remedy))
-    place = e.prose(finding.where) if finding.where else ""
-    beside = ", ".join(filter(None, (place, detailed(finding.kind, finding.numbers, reader))))
-    level = Level.CARE if kind.severity in CAUTIONS else Level.INFORMATION
-    return Notice(level, f"{head} ({beside})." if beside else f"{head}.", _sentence(remedy) if remedy else "")
-
-
-def _sentence(text: str) -> str:
-    """A clause with a capital and a full stop."""
-    return f"{text[0].upper()}{text[1:].removesuffix('.')}."
+        text, is_usable = "Not usable: it does not follow its own records.", False
+    level = Level.GOOD if is_usable and not findings - _HARMLESS else Level.CARE
+    return Notice(Level.POOR if is_usable is False else level, f"{text[0].upper()}{text[1:]}")
 
 
 def _tiles(e: Evaluation) -> Iterator[Tile]:
-    """Figures of the largest loop measured, else of the model over its whole range, and how well it is followed."""
-    whole, p = e.identification, e.identification.parameters
-    measured = max((loop for loop in whole.recorded if loop.cycles), key=lambda loop: loop.figures.amplitude,
-                   default=None)  # fmt: skip
+    """Figures of the largest loop measured, else of the model's over its range, and how well it fits."""
+    whole, p = e.whole, e.whole.parameters
+    recorded = [loop for loop in whole.recorded if loop.cycles]
+    measured = max(recorded, key=lambda loop: loop.figures.amplitude, default=None)
     whole_range = steady_loop(e.solver, p.displacement_min, p.displacement_max).figures
     figures, modelled = (whole_range, None) if measured is None else (measured.figures, measured.predicted)
     at = f"at ±{in_unit(figures.amplitude, e.length, 3)}"
@@ -142,37 +447,38 @@ def _tiles(e: Evaluation) -> Iterator[Tile]:
         yield Tile(column.words.capitalize(), value, unit.shown, note)
     yield Tile("RNL", in_unit(whole.rnl), "", "saved spring alone; 1 is perfect")
     if (ratio := energy_ratio(whole.figures)) is not None:
-        yield Tile("Loop energy", in_unit(100.0 * ratio, digits=3), "%", "of measured, saved spring alone")
+        yield Tile("Loop energy", percent(ratio, 3), "", "of measured, saved spring alone")
     if whole.certainty is not None:
-        missed = in_unit(100.0 * whole.certainty.lack.missed, digits=2)
-        yield Tile("Missed", missed, "%", "of the force's deviation, beside noise")
+        yield Tile("Missed", percent(whole.certainty.lack.missed), "", "of the force's deviation, beside noise")
 
 
-def _assumptions(e: Evaluation) -> Facts:
-    pairs = [
-        (view.name, " ".join(gathered(view.record.findings, Reader.FILE)))
-        for view in e.views[:_LISTED] if view.record.findings
-    ]  # fmt: skip
-    found = (finding.in_folder for finding in e.identification.record_findings)
-    if notes := list(gathered(found, Reader.FILE)):
-        pairs.append(("Not considered", " ".join(notes)))
-    return Facts(pairs)
+def _verdict(e: Evaluation) -> Iterator[Any]:
+    """Rate and overlap of the records, errors on held-out strokes, and what was found."""
+    whole = e.whole
+    rate, overlap = campaign_verdicts(whole.records)
+    unknown = "The model is rate independent; these records do not show whether the spring is."
+    yield unknown if rate is None else rate.sentence
+    if overlap is not None:
+        yield overlap.sentence
+    if whole.verdict is not None and whole.verdict.whole is not None:
+        errors = {"this spring": whole.verdict.whole.error, **whole.verdict.whole.plain}
+        header = ("model", "error, share of the force's standard deviation")
+        yield plain("Held-out error", header, [(name, percent(error)) for name, error in errors.items()])
+    for finding in (*whole.findings, *relaxed_branches(whole.parameters)):
+        level = Level.CARE if finding.kind.severity in CAUTIONS else Level.INFORMATION
+        yield Notice(level, words(finding, Reader.FILE))
 
 
-def _provenance(e: Evaluation, model: ModelFile) -> Iterator[Block]:
-    whole = e.identification
+def _assumptions(e: Evaluation) -> Table:
+    notes = [(view.name, view.record.findings) for view in e.views[:_LISTED]]
+    notes.append(("Not considered", tuple(finding.in_folder for finding in e.whole.record_findings)))
+    rows = [(name, " ".join(gathered(findings, Reader.FILE))) for name, findings in notes if findings]
+    return plain("", ("record", "what was assumed"), rows)
+
+
+def _provenance(e: Evaluation, model: ModelFile) -> Iterator[Table]:
     rows = [(view.name, str(len(view.record)), view.record.sha256 or "not from a file") for view in e.views[:_LISTED]]
-    yield Table("Files", ("file", "samples", "SHA-256"), rows)
+    yield plain("Files", ("file", "samples", "SHA-256"), rows)
+    options = json.dumps(e.whole.options, ensure_ascii=False, default=str)
     program = f"strandspring {model.provenance.get('version', __version__)}"
-    yield Facts([("Method", whole.method), ("Options", _plain(whole.options) or "none"), ("Program", program)])
-
-
-def _plain(value: Any) -> str:
-    """A value of options in words."""
-    if isinstance(value, Mapping):
-        return ", ".join(f"{name.replace('_', ' ')} {_plain(entry)}" for name, entry in value.items())
-    if isinstance(value, list | tuple):
-        return "; ".join(map(_plain, value))
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    yield plain("", _ITEM, [("Method", e.whole.method), ("Options", options), ("Program", program)])

@@ -1,25 +1,26 @@
-"""`write_record_page`: records to look at before they are identified, and the options that choose a part of them."""
+"""`write_record_page`: records to look at before they are identified, with options that choose of them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
+from typing import Any
 
 import numpy as np
 
 from ..errors import Reader
 from ..findings import Finding, IdentificationError, Outcome, gathered
-from ..ground.result_columns import ResultColumn, texts
+from ..ground.result_columns import ResultColumn
 from ..identification.refusals import Strokes, cut_all, impossible
 from ..identification.samples import Samples
-from ..kernel.arrays import FloatArray, IndexArray
+from ..kernel.arrays import IndexArray
 from ..loops.cycles import Cycle, find_cycles
 from ..loops.strokes import find_strokes
 from ..records.record import Record
 from ..records.spikes import spikes_of
-from .drawing import DISPLACEMENT, FORCE, TIME, Chart, Curve
-from .page import Block, Gallery, Level, Notice, Page, Section, Table, write_page
+from .drawing import DISPLACEMENT, FORCE, SAMPLE, TIME, Chart, Curve
+from .page import Level, Notice, Page, Section, Table, write_page
 
 _MARKS = 400  # of a kind
 _REASONS = {
@@ -28,14 +29,13 @@ _REASONS = {
     "dwells": ("dwells, left out", "purple", Outcome.RESTS_LEFT_OUT),
     "not selected": ("outside the range that was chosen, left out", "faint", None),
 }
-_SAMPLE = ResultColumn("sample", "1", "sample number")
 _CYCLES = (
-    ResultColumn("number", "", "cycle", "cycle"),
-    ResultColumn("samples", "1", "samples", "samples", digits=12),
-    ResultColumn("time", "s", "time", "time", "s"),
-    ResultColumn("amplitude", "m", "amplitude", "amplitude", "mm", 1e3),
-    ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3),
-    ResultColumn("frequency", "Hz", "frequency", "frequency", "Hz"),
+    ResultColumn("number", "", "", "cycle"),
+    ResultColumn("samples", "1", "", "samples", digits=12),
+    ResultColumn("time", "s", "", "time", "s"),
+    ResultColumn("amplitude", "m", "", "amplitude", "mm", 1e3),
+    ResultColumn("displacement", "m", "", "displacement", "mm", 1e3),
+    ResultColumn("frequency", "Hz", "", "frequency", "Hz"),
 )
 
 
@@ -46,8 +46,7 @@ class RecordOverview:
     record: Record
     strokes: int
     cycles: tuple[Cycle, ...]  # in the order in which `select` counts them
-    # Indices of samples, ascending, by the reasons for which some are left out of a fit; "spikes" are not left out, but
-    # should be corrected.
+    # Ascending indices of samples by why they are left out of a fit; "spikes" are not, but should be corrected.
     left_out: Mapping[str, IndexArray]
     first: int  # of the samples that would be fitted
     refusals: tuple[Finding, ...]  # why no spring would be identified; none if one would
@@ -66,15 +65,21 @@ class RecordOverview:
             if kind := _REASONS[reason][2]:
                 yield Finding(kind, {"count": samples.size, "samples": len(self.record)}, self.name)
 
-    def curves(self, place: int, x: FloatArray, y: FloatArray) -> Iterator[Curve]:
-        """Before the first reversal, from there on, and what is left out."""
+    def curves(self, place: int, x: ResultColumn, y: ResultColumn) -> Iterator[Curve]:
+        """Before the first reversal, from there on, what is left out, and over time where cycles begin."""
+        over, of = np.arange(1.0, len(self.record) + 1.0), getattr(self.record, y.key)
+        if x is not SAMPLE:
+            over = getattr(self.record, "rising_time" if x is TIME else x.key)
         if self.first:
             before = slice(self.first + 1)
-            yield Curve(x[before], y[before], "lead-in (not fitted)", "faint", record=place)
-        yield Curve(x[self.first :], y[self.first :], "measured", "measured", record=place)
+            yield Curve(over[before], of[before], "lead-in (not fitted)", "faint", record=place)
+        yield Curve(over[self.first :], of[self.first :], "measured", "measured", record=place)
         for reason, samples in self.left_out.items():
             at = samples[:: max(1, samples.size // _MARKS)]
-            yield Curve(x[at], y[at], *_REASONS[reason][:2], ".", place)
+            yield Curve(over[at], of[at], *_REASONS[reason][:2], ".", place)
+        begins = [cycle.first_sample for cycle in self.cycles][:_MARKS]
+        if begins and x is not DISPLACEMENT:
+            yield Curve(over[begins], of[begins], "a cycle begins", "model", "o", place)
 
 
 def overview(record: Record) -> RecordOverview:
@@ -100,20 +105,16 @@ def overview(record: Record) -> RecordOverview:
 
 
 def write_record_page(path: Path, records: Sequence[Record]) -> None:
-    """Write a page with loops, strokes and cycles of records; zooming and choosing cycles prints the options to use.
-
-    Raises
-    ------
-    StrandspringError   If the file does not end in .html, or cannot be written.
+    """Write a page with loops, strokes and cycles; zooming and choosing cycles prints options. Raises StrandspringError
+    if its ending is wrong or it cannot be written.
     """
     shown = [overview(record) for record in records]
     is_timed = all(record.rising_time is not None for record in records)
     counts = [len(one.cycles) for one in shown]
-    refusals = [Notice(Level.POOR, text) for one in shown for text in gathered(one.refusals, Reader.FILE)]
     sections = (
-        Section("loops", "Loops and strokes", [*refusals, Gallery([*_charts(shown, TIME if is_timed else _SAMPLE)])]),
-        Section("cycles", "Cycles", [*_cycles(shown)]),
-        Section("detected", "What was detected", [*_detected(shown)]),
+        Section("Loops and strokes", [*_loops(shown, TIME if is_timed else SAMPLE)]),
+        Section("Cycles", [*_cycles(shown)]),
+        Section("What was detected", [*_detected(shown)]),
     )
     title = shown[0].name if len(shown) == 1 else f"{shown[0].name} and {len(shown) - 1} more"
     page = Page(
@@ -126,46 +127,37 @@ def write_record_page(path: Path, records: Sequence[Record]) -> None:
     write_page(path, page)
 
 
-def _charts(shown: Sequence[RecordOverview], axis: ResultColumn) -> Iterator[Chart]:
-    """Force over displacement, and both along the record."""
-    window = "Zoom along the time to choose a window." if axis is TIME else "Without rising times none can be chosen."
-    part = "Zoom along the displacement to choose a range: the model's path keeps running through what is left out."
+def _loops(shown: Sequence[RecordOverview], axis: ResultColumn) -> Iterator[Notice | Chart]:
+    """Why no spring would be identified, force over displacement, and both along the record."""
+    yield from (Notice(Level.POOR, text) for one in shown for text in gathered(one.refusals, Reader.FILE))
+    window = "Zoom along the time to choose a window." if axis is TIME else ""
+    part = "Zoom along the displacement to choose a range."
     for x, y, advice in ((DISPLACEMENT, FORCE, part), (axis, DISPLACEMENT, window), (axis, FORCE, window)):
-        curves: list[Curve] = []
-        for place, one in enumerate(shown):
-            held = {"displacement": one.record.displacement, "force": one.record.force, "time": one.record.rising_time}
-            along = held.get(x.key)
-            at, values = np.arange(1.0, len(one.record) + 1.0) if along is None else along, getattr(one.record, y.key)
-            curves += one.curves(place, at, values)
-            begins = np.array([cycle.first_sample for cycle in one.cycles][:_MARKS], dtype=np.intp)
-            if begins.size and x is axis:
-                curves.append(Curve(at[begins], values[begins], "a cycle begins", "model", "o", place))
-        title = f"{y.words.capitalize()} over {x.words}"
-        key = y.key if x is axis else "loops"
-        yield Chart(key, title, f"{title}. {advice}", x, y, curves, "wide", is_apart=x is axis)
+        curves = [curve for place, one in enumerate(shown) for curve in one.curves(place, x, y)]
+        title, key = f"{y.words.capitalize()} over {x.words}", y.key if x is axis else "loops"
+        yield Chart(key, title, f"{title}. {advice}", x, y, curves, is_apart=x is axis)
 
 
-def _cycles(shown: Sequence[RecordOverview]) -> Iterator[Block]:
+def _cycles(shown: Sequence[RecordOverview]) -> Iterator[Notice | Table]:
     if any(one.record.is_cut for one in shown):
-        yield Notice(
-            Level.CARE,
-            "Cycles are counted within the part that was selected, so that their numbers are not those of --cycles; "
-            "show the whole record to choose cycles.",
-        )
+        yield Notice(Level.CARE, "Cycles of the part that was selected do not have the numbers of --cycles.")
     for one in shown:
-        record, rows = one.record, []
+        rows = []
         for count, cycle in enumerate(one.cycles, 1):
             ends = [cycle.first_sample, cycle.last_sample]
-            x = record.displacement[ends[0] : ends[1] + 1]
-            time = None if record.time is None else tuple(record.time[ends].tolist())
-            figures = (cycle.figures.amplitude, (float(x.min()), float(x.max())), cycle.frequency)
-            cells = (str(count), (ends[0] + 1, ends[1] + 1), time, *figures)
-            rows.append(dict(zip((column.key for column in _CYCLES), cells, strict=True)))
+            x, time = one.record.displacement[ends[0] : ends[1] + 1], one.record.time
+            row: dict[str, Any] = {
+                "number": str(count),
+                "samples": (ends[0] + 1, ends[1] + 1),
+                "frequency": cycle.frequency,
+            }
+            row |= {"amplitude": cycle.figures.amplitude, "displacement": (float(x.min()), float(x.max()))}
+            rows.append(row | {"time": None if time is None else tuple(time[ends].tolist())})
         if rows:
-            yield Table.of(f"Cycles of {one.name}", texts(_CYCLES, rows))
+            yield Table(f"Cycles of {one.name}", _CYCLES, rows)
 
 
-def _detected(shown: Sequence[RecordOverview]) -> Iterator[Block]:
+def _detected(shown: Sequence[RecordOverview]) -> Iterator[str | Notice]:
     for one in shown:
         yield f"{one.name}: {' '.join(one.record.notes) or 'Nothing was assumed.'}"
         yield from (Notice(Level.CARE, text) for text in gathered(one.findings, Reader.FILE))

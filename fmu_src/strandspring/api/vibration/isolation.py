@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...cosimulation.steady_check import SteadyCheck
+    from ...report.drawing import Chart
     from ...vibration.description.system_file import SystemFile
-    from ...vibration.one_mass.curves_plot import Panel
     from .candidates import RestingSystem
 
 _MODEL = ResultColumn("model", "", "model", "model")
@@ -125,7 +125,7 @@ class _Steady(PlottedResult):
 
     @property
     @abstractmethod
-    def _panels(self) -> tuple[str, list[Panel]]:
+    def _panels(self) -> tuple[str, list[Chart]]:
         """The title of the plot, and panels in two rows."""
 
     @property
@@ -182,17 +182,14 @@ class _Steady(PlottedResult):
         else:
             axes = self._axes(ax)
             for one, panel in zip(axes, self._panels[1], strict=False):
-                panel.draw(one)
-            axes[0].legend(fontsize=8)
+                panel.draw(one, has_legend=one is axes[0])
         return axes[0] if self._grid == (1, 1) else axes
 
     def _draw(self, figure: Figure) -> None:
-        from ...vibration.one_mass.curves_plot import draw_panels, mark_superharmonics
+        from ...report.drawing import draw_panels
 
         title, panels = self._panels
-        *_, last = draw_panels(figure, panels, title)
-        if masses := [response for _, response in self.every if isinstance(response, FrequencyResponse)]:
-            mark_superharmonics(last, masses)
+        draw_panels(figure, panels, title)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -269,21 +266,20 @@ class Isolation(_Steady):
         return models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
 
     @property
-    def _panels(self) -> tuple[str, list[Panel]]:
-        from ...vibration.one_mass.curves_plot import Curve as Drawn
-        from ...vibration.one_mass.curves_plot import Panel
+    def _panels(self) -> tuple[str, list[Chart]]:
+        from ...report.drawing import Steady, steady_chart
 
         upper, lower = [], []
         for isolated, response in self.every:
             name = (response.level_text,) if len(self.models) == 1 else (isolated.label, response.level_text)
-            curve = Drawn(response.column("frequency"), response.column("transmissibility"), ~response.unstable, *name)
+            curve = Steady(response.column("frequency"), response.column("transmissibility"), ~response.unstable, *name)
             upper.append(curve)
-            lower.append(replace(curve, values=1e3 * response.column("amplitude")))
+            lower.append(curve._replace(values=1e3 * response.column("amplitude")))
         kind = "force" if self.excitation is Excitation.FORCE else "absolute"
         model = "" if len(self.models) > 1 else f"{isolated.label}: "
         return f"{model}{isolated.system.mass:g} kg, {self.excitation.value}", [
-            Panel(f"{kind} transmissibility [-]", upper, level=1.0),
-            Panel("amplitude of the mount [mm]", lower),
+            steady_chart(f"{kind} transmissibility [-]", upper, level=1.0),
+            steady_chart("amplitude of the mount [mm]", lower),
         ]
 
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
@@ -401,23 +397,22 @@ class SystemIsolation(_Steady):
         return 2, len({response.excitation for _, response in self.every})
 
     @property
-    def _panels(self) -> tuple[str, list[Panel]]:
+    def _panels(self) -> tuple[str, list[Chart]]:
         """Gain above sway, a column for each excitation: colours tell points and candidates, and dashes levels."""
-        from ...vibration.one_mass.curves_plot import Curve as Drawn
-        from ...vibration.one_mass.curves_plot import Panel
+        from ...report.drawing import Steady, steady_chart
 
-        gains, sways = defaultdict[str, list[Drawn]](list), defaultdict[str, list[Drawn]](list)
+        gains, sways = defaultdict[str, list[Steady]](list), defaultdict[str, list[Steady]](list)
         for candidate, response in self.every:
             of, gain = f"{candidate.label}, " if len(self.candidates) > 1 else "", response.gain_column
             largest = gain.factor * np.abs(response.gain).max(axis=2)
             for p, point in enumerate(response.points):
                 name = (f"{of}{point.name}", response.level_text)
-                curve = Drawn(response.frequency, largest[:, p], response.stable, *name)
+                curve = Steady(response.frequency, largest[:, p], response.stable, *name)
                 gains[response.excitation].append(curve)
-                sways[response.excitation].append(replace(curve, values=1e3 * response.sway[:, p]))
+                sways[response.excitation].append(curve._replace(values=1e3 * response.sway[:, p]))
         label = f"{gain.short or 'motion'} [{gain.shown or '-'}], largest of x, y and z"
-        above = [Panel(label, curves, excitation) for excitation, curves in gains.items()]
-        return self.name, above + [Panel("sway [mm]", curves) for curves in sways.values()]
+        above = [steady_chart(label, curves, excitation) for excitation, curves in gains.items()]
+        return self.name, above + [steady_chart("sway [mm]", curves) for curves in sways.values()]
 
 
 @takes(levels=Levels, mount=Mount, curve=Curve)

@@ -168,11 +168,10 @@ class Simulation(PlottedResult):
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw acceleration against stroke of all answers, with verdicts, into axes, new ones if None."""
-        from ...report.drawing import draw
-        from ...report.system_charts import acceleration_against_stroke
+        from ...report.system_pages import acceleration_against_stroke
 
         (axis,) = self._axes(ax)
-        return draw(acceleration_against_stroke(self.answers), axis)
+        return acceleration_against_stroke(self.answers).draw(axis)
 
     def content(self) -> Mapping[str, Any]:
         """Limits, candidates and cases."""
