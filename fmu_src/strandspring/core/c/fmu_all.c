@@ -2,7 +2,6 @@
 #include "fmu/fmu_instance.h"
 
 #include "fmu/fmu_block.c"
-#include "fmu/fmu_branches.c"
 #include "fmi/fmu_bytes.c"
 #include "fmu/fmu_instance.c"
 #include "fmi/fmu_life.c"

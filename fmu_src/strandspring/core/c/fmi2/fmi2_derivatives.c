@@ -49,8 +49,8 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
         return FMU_REFUSE(&instance->log, "`displacement` of an FMU with Maxwell branches moves straight through a step, "
                                           "so its derivatives cannot be set; take shorter steps.");
     for (size_t i = 0; i < nvr; i++) {
-        VariableName name = fmu_name(&instance->state.settings, vr[i]);
-        if (fmu_causality(&instance->state.settings, vr[i]) != VARIABLE_INPUT)
+        VariableName name = fmu_name(vr[i]);
+        if (fmu_causality(vr[i]) != VARIABLE_INPUT)
             return FMU_REFUSE(&instance->log, "`%s` is not an input, so its derivatives cannot be set.", name.text);
         if (order[i] != 1 && order[i] != 2)
             return FMU_REFUSE(&instance->log, "The order of a derivative of `%s` must be 1 or 2, got %d.", name.text,

@@ -13,6 +13,8 @@ typedef struct {
     uint32_t size, version;
     char guid[sizeof(Guid)];
     Settings settings;
+    int64_t count;
+    SpringVariable variables[MOST_VARIABLES];
 } SpringBlock;
 
 /* Volatile, or compilers would take for constants what is overwritten in the finished binary; so it is copied byte by
@@ -20,7 +22,7 @@ typedef struct {
 static const volatile SpringBlock fmu_block = {
     .magic = "strandspringfmu",
     .size = sizeof(SpringBlock),
-    .version = 9,
+    .version = 10,
 #include "spring_values.h"
 };
 
@@ -36,6 +38,28 @@ Settings fmu_start_settings(void)
     Settings settings;
     fmu_copy_block(&settings, &fmu_block.settings, sizeof settings);
     return settings;
+}
+
+unsigned fmu_variables(void)
+{
+    return (unsigned)fmu_block.count;
+}
+
+SpringVariable fmu_variable(unsigned reference)
+{
+    SpringVariable variable;
+    fmu_copy_block(&variable, &fmu_block.variables[reference], sizeof variable);
+    return variable;
+}
+
+SpringKind fmu_kind(unsigned reference)
+{
+    return (SpringKind)fmu_block.variables[reference].kind;
+}
+
+VariableCausality fmu_causality(unsigned reference)
+{
+    return (VariableCausality)fmu_block.variables[reference].causality;
 }
 
 const void *fmu_identity(void)

@@ -1,6 +1,5 @@
 /* Derivatives of outputs and of rates of states with respect to variables, whose sums over knowns or over unknowns the
  * versions of FMI ask for, and to time. FMI_PLACE of a version says which variable has a value reference. */
-#include "fmu_branches.h"
 #include "fmu_instance.h"
 
 #include "../spring/spring_number.h"
@@ -79,121 +78,120 @@ static FmuStatus gradients(Instance *instance, Gradients *at)
     return FMU_OK;
 }
 
-/* The derivative of force or stiffness by a parameter or a state of a second mechanism or a branch. */
-static double partial_by_added(const Gradients *at, const Settings *settings, int of_force, AddedVariable known)
+/* The derivative of force or stiffness by a parameter or a state, but for the displacement. */
+static double partial_by(const Gradients *at, const Settings *settings, int of_force, const SpringVariable *known)
 {
+    const SpringGradient *first = of_force ? &at->of_force : &at->of_stiffness;
     const SpringGradient *second = of_force ? &at->second_of_force : &at->second_of_stiffness;
-    const double scalars[] = {second->by_kappa_omega, second->by_rho, second->by_sigma, second->by_n};
-    int i = known.index;
-    switch (known.kind) {
-    case ADDED_SCALAR: return scalars[i];
-    case ADDED_AMPLIFIER: return second->by_kA[i];
-    case ADDED_OMEGA:
-    case ADDED_OMEGA_START: return second->by_omega_start;
-    case ADDED_STIFFNESS: return of_force ? at->added->elongation[i] : 1.0;
-    case ADDED_ELONGATION: return of_force ? settings->added.stiffness[i] : 0.0;
-    default: /* ADDED_TIME_CONSTANT; with states the elongation is given */
+    int i = known->index;
+    switch ((SpringKind)known->kind) {
+    case SPRING_INPUT_RESOLUTION: return 0.0; /* where a path begins */
+    case SPRING_OMEGA: return first->by_omega_start;
+    case SECOND_OMEGA: return second->by_omega_start;
+    case BRANCH_STIFFNESS: return of_force ? at->added->elongation[i] : 1.0;
+    case BRANCH_ELONGATION: return of_force ? settings->added.stiffness[i] : 0.0;
+    case BRANCH_TIME_CONSTANT: /* with states the elongation is given */
         return of_force && !settings->has_states
                    ? settings->added.stiffness[i] * at->added->by_log[i] / settings->added.time_constant[i]
                    : 0.0;
+    default: return fmu_derivative_by(known->kind < SECOND_OMEGA ? first : second, known);
     }
 }
 
-/* The derivative of the rate of a state of theirs. */
-static double partial_of_added_rate(const Gradients *at, const State *state, AddedVariable unknown, unsigned reference)
+static double partial_of_usual_form(const Gradients *at, const SpringVariable *unknown, const SpringVariable *known,
+                                    const Settings *settings, int at_start)
 {
-    const SpringAdded *added = &state->settings.added;
-    AddedVariable known = fmu_added(&state->settings, reference);
-    int is_velocity = reference == fmu_first_own(&state->settings) + OWN_VELOCITY, i = unknown.index;
-    if (unknown.kind == ADDED_ELONGATION_RATE) {
-        double tau = added->time_constant[i];
-        return is_velocity                                             ? 1.0
-               : known.index != i                                      ? 0.0
-               : known.kind == ADDED_ELONGATION                        ? -1.0 / tau
-               : known.kind == ADDED_TIME_CONSTANT                     ? at->added->elongation[i] / (tau * tau)
-                                                                       : 0.0;
-    }
-    const SpringOmegaSlope *slope = &at->second_slope;
-    const double scalars[] = {0.0, slope->by_rho, slope->by_sigma, slope->by_n};
-    return is_velocity                  ? slope->value
-           : known.kind == ADDED_OMEGA  ? state->velocity * slope->by_omega
-           : known.kind == ADDED_SCALAR ? state->velocity * scalars[known.index]
-                                        : 0.0;
-}
-
-static double partial_of_usual_form(const Gradients *at, unsigned unknown, unsigned known,
-                      const Settings *settings, int at_start)
-{
-    const SpringGradient *gradient = unknown == SPRING_FORCE ? &at->of_force : &at->of_stiffness;
-    if (unknown == SPRING_ABSORBED_ENERGY)
+    if (unknown->kind == SPRING_ABSORBED_ENERGY)
         return at_start ? 0.0 : at->force;
-    AddedVariable added = fmu_added(settings, known);
-    if (added.kind != ADDED_NONE)
-        return partial_by_added(at, settings, unknown == SPRING_FORCE, added);
-    if (known == fmu_input_resolution(settings))
-        return 0.0; /* where a path begins */
-    if (known != SPRING_DISPLACEMENT)
-        return fmu_derivative_by(gradient, settings, known);
+    int of_force = unknown->kind == SPRING_FORCE;
+    const SpringGradient *gradient = of_force ? &at->of_force : &at->of_stiffness;
+    if (known->kind != SPRING_DISPLACEMENT)
+        return partial_by(at, settings, of_force, known);
     /* Where a path begins omega is given. */
     return at_start ? gradient->by_place : gradient->by_displacement;
 }
 
+/* The derivative of a rate that is proportional to the velocity, over it, by omega or a parameter of its mechanism. */
+static double slope_by(const SpringOmegaSlope *slope, const SpringVariable *known)
+{
+    switch ((SpringKind)known->kind) {
+    case SPRING_OMEGA:
+    case SECOND_OMEGA: return slope->by_omega;
+    case SPRING_RHO:
+    case SECOND_RHO: return slope->by_rho;
+    case SPRING_SIGMA:
+    case SECOND_SIGMA: return slope->by_sigma;
+    case SPRING_N:
+    case SECOND_N: return slope->by_n;
+    default: return 0.0;
+    }
+}
+
+/* The derivative of the rate of an elongation, ds/dt = dx/dt - s/tau. */
+static double elongation_rate_by(const Gradients *at, double tau, int branch, const SpringVariable *known)
+{
+    if (known->kind == SPRING_VELOCITY)
+        return 1.0;
+    if (known->index != branch)
+        return 0.0;
+    return known->kind == BRANCH_ELONGATION      ? -1.0 / tau
+           : known->kind == BRANCH_TIME_CONSTANT ? at->added->elongation[branch] / (tau * tau)
+                                                 : 0.0;
+}
+
 /* The same in the form with states, all of which are given. */
-static double partial_of_states_form(const Gradients *at, unsigned unknown, unsigned known, const State *state)
+static double partial_of_states_form(
+    const Gradients *at, const SpringVariable *unknown, const SpringVariable *known, const State *state)
 {
     const Settings *settings = &state->settings;
-    unsigned first_own = fmu_first_own(settings);
-    const SpringGradient *gradient = unknown == SPRING_STIFFNESS ? &at->of_stiffness : &at->of_force;
-    AddedVariable rate = fmu_added(settings, unknown), added = fmu_added(settings, known);
-    if (unknown == SPRING_ABSORBED_ENERGY || known == SPRING_ABSORBED_ENERGY)
-        return unknown == known ? 1.0 : 0.0;
-    if (rate.kind != ADDED_NONE)
-        return partial_of_added_rate(at, state, rate, known);
-    if (added.kind != ADDED_NONE && unknown == first_own + OWN_OMEGA_RATE)
-        return 0.0;
-    if (added.kind != ADDED_NONE)
-        return (unknown == first_own + OWN_POWER ? state->velocity : 1.0) *
-               partial_by_added(at, settings, unknown != SPRING_STIFFNESS, added);
-    if (known == first_own + OWN_VELOCITY)
-        return unknown == first_own + OWN_POWER        ? at->force
-               : unknown == first_own + OWN_OMEGA_RATE ? at->slope.value
-                                                       : 0.0;
-    if (unknown == first_own + OWN_OMEGA_RATE)
-        return state->velocity *
-               (known == SPRING_OMEGA ? at->slope.by_omega : fmu_slope_derivative_by(&at->slope, settings, known));
-    double derivative = known == SPRING_DISPLACEMENT ? gradient->by_place
-                        : known == SPRING_OMEGA      ? gradient->by_omega_start
-                                                     : fmu_derivative_by(gradient, settings, known);
-    return unknown == first_own + OWN_POWER ? state->velocity * derivative : derivative;
+    int is_second = unknown->kind == SECOND_OMEGA_RATE, by_velocity = known->kind == SPRING_VELOCITY;
+    const SpringOmegaSlope *slope = is_second ? &at->second_slope : &at->slope;
+    if (unknown->kind == SPRING_ABSORBED_ENERGY || known->kind == SPRING_ABSORBED_ENERGY)
+        return unknown->kind == known->kind ? 1.0 : 0.0;
+    switch ((SpringKind)unknown->kind) {
+    case BRANCH_ELONGATION_RATE:
+        return elongation_rate_by(at, settings->added.time_constant[unknown->index], unknown->index, known);
+    case SPRING_OMEGA_RATE:
+    case SECOND_OMEGA_RATE:
+        return by_velocity                                       ? slope->value
+               : (known->kind >= SECOND_OMEGA) == (is_second != 0) ? state->velocity * slope_by(slope, known)
+                                                                 : 0.0;
+    default: break;
+    }
+    if (by_velocity)
+        return unknown->kind == SPRING_POWER ? at->force : 0.0;
+    int of_force = unknown->kind != SPRING_STIFFNESS;
+    double derivative = known->kind == SPRING_DISPLACEMENT ? (of_force ? at->of_force : at->of_stiffness).by_place
+                                                           : partial_by(at, settings, of_force, known);
+    return unknown->kind == SPRING_POWER ? state->velocity * derivative : derivative;
 }
 
 static double partial(const Instance *instance, const Gradients *at, unsigned unknown, unsigned known)
 {
     const State *state = &instance->state;
+    SpringVariable of = fmu_variable(unknown), by = fmu_variable(known);
     if (instance->has_states)
-        return partial_of_states_form(at, unknown, known, state);
-    return partial_of_usual_form(at, unknown, known, &state->settings, state->mode & INITIALIZATION);
+        return partial_of_states_form(at, &of, &by, state);
+    return partial_of_usual_form(at, &of, &by, &state->settings, state->mode & INITIALIZATION);
 }
 
 /* Of an output or the rate of a state. */
 static FmuStatus require_unknown(const Instance *instance, unsigned unknown)
 {
-    const Settings *settings = &instance->state.settings;
-    if (fmu_causality(settings, unknown) != VARIABLE_OUTPUT && !fmu_is_rate(settings, unknown))
-        return FMU_REFUSE(&instance->log, "`%s` is not an output, so it has no derivatives.",
-                          fmu_variable_name(instance, unknown).text);
+    SpringVariable variable = fmu_variable(unknown);
+    if (variable.causality != VARIABLE_OUTPUT && !variable.is_rate)
+        return FMU_REFUSE(&instance->log, "`%s` is not an output, so it has no derivatives.", variable.name);
     return FMU_OK;
 }
 
 /* Of an input, a state or a parameter. */
 static FmuStatus require_known(const Instance *instance, unsigned known)
 {
-    const Settings *settings = &instance->state.settings;
-    VariableCausality causality = fmu_causality(settings, known);
-    if (causality != VARIABLE_INPUT && causality != VARIABLE_PARAMETER && !fmu_is_state(settings, known))
-        return FMU_REFUSE(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
-                          fmu_name(settings, known).text);
-    if (known == fmu_input_resolution(settings) && !(instance->state.mode & INITIALIZATION))
+    SpringVariable variable = fmu_variable(known);
+    if (variable.causality != VARIABLE_INPUT && variable.causality != VARIABLE_PARAMETER && !variable.is_state)
+        return FMU_REFUSE(
+            &instance->log, "`%s` is calculated; there are no derivatives with respect to it.", variable.name);
+    if (variable.kind == SPRING_INPUT_RESOLUTION && !(instance->state.mode & INITIALIZATION))
         return FMU_REFUSE(
             &instance->log, "There are no derivatives with respect to `input_resolution` after initialization.");
     return FMU_OK;
@@ -202,13 +200,13 @@ static FmuStatus require_known(const Instance *instance, unsigned known)
 /* `absorbed_energy` is the sum over a path, of which derivatives by parameters are not kept. */
 static FmuStatus require_pair(const Instance *instance, unsigned unknown, unsigned known)
 {
-    const Settings *settings = &instance->state.settings;
-    if (unknown == SPRING_ABSORBED_ENERGY && !settings->has_states && !(instance->state.mode & INITIALIZATION) &&
-        fmu_causality(settings, known) == VARIABLE_PARAMETER)
+    SpringVariable variable = fmu_variable(known);
+    if (unknown == SPRING_ABSORBED_ENERGY && !instance->has_states && !(instance->state.mode & INITIALIZATION) &&
+        variable.causality == VARIABLE_PARAMETER)
         return FMU_REFUSE(&instance->log,
                           "The derivative of `absorbed_energy` with respect to `%s` is available in "
                           "initialization mode only.",
-                          fmu_name(settings, known).text);
+                          variable.name);
     return FMU_OK;
 }
 

@@ -1,6 +1,5 @@
 #include "fmu_instance.h"
 
-#include "fmu_branches.h"
 #include "../spring/numerics.h"
 #include "../spring/spring_number.h"
 #include "../spring/spring_problem.h"
@@ -102,7 +101,7 @@ void fmu_begin(Instance *instance, int mode)
         .stop_time = HUGE_VAL,
         .settings = fmu_start_settings(),
     };
-    instance->variables = fmu_variables(&start.settings);
+    instance->variables = fmu_variables();
     instance->has_states = start.settings.has_states != 0;
     instance->has_added = fmu_has_added(&start.settings);
     start.memory = spring_start(start.displacement, start.settings.omega_start);
@@ -278,60 +277,51 @@ static double absorbed_energy(Instance *instance, const SpringMemory *reached)
 }
 
 /* The value of what is calculated of a second mechanism or a branch. */
-SPRING_COLD double added_output(const Instance *instance, const SpringMemory *reached, AddedVariable variable)
+SPRING_COLD double added_output(const Instance *instance, const SpringMemory *reached, unsigned reference)
 {
     const SpringAdded *added = &instance->state.settings.added;
     const SpringAddedMemory *memory = fmu_added_at(instance, reached);
-    switch (variable.kind) {
-    case ADDED_OMEGA: return memory->second.omega;
-    case ADDED_ELONGATION: return memory->elongation[variable.index];
-    case ADDED_STORED_ENERGY: return spring_added_stored(added, memory);
-    case ADDED_OMEGA_RATE:
+    SpringVariable variable = fmu_variable(reference);
+    switch ((SpringKind)variable.kind) {
+    case SECOND_OMEGA: return memory->second.omega;
+    case BRANCH_ELONGATION: return memory->elongation[variable.index];
+    case BRANCHES_ENERGY: return spring_added_stored(added, memory);
+    case SECOND_OMEGA_RATE:
         return instance->state.velocity * spring_omega_slope(instance->second.law, &memory->second).value;
     default: return instance->state.velocity - memory->elongation[variable.index] / added->time_constant[variable.index];
     }
 }
 
-/* Whether a variable from the first parameter on is one that is set. */
-static int is_given(const Settings *settings, unsigned reference)
-{
-    AddedVariable added = fmu_added(settings, reference);
-    return added.kind == ADDED_NONE ? !fmu_is_rate(settings, reference) : fmu_added_is_parameter(added);
-}
-
-/* The rate of a state that every spring has, with the force of all parts. */
-static double rate(const Instance *instance, unsigned reference, double force, double of_omega)
-{
-    return instance->state.velocity *
-           (reference == fmu_first_own(&instance->state.settings) + OWN_POWER ? force : of_omega);
-}
-
-/* The outputs of a spring with a second mechanism or branches. */
-SPRING_NOINLINE static double output_with_added(const Instance *instance, const SpringMemory *reached, unsigned reference)
-{
-    const SpringLaw *law = instance->first.law;
-    if (reference >= fmu_first_added(&instance->state.settings))
-        return added_output(instance, reached, fmu_added(&instance->state.settings, reference));
-    if (reference == SPRING_OMEGA)
-        return reached->omega;
-    if (reference == SPRING_STIFFNESS)
-        return with_added(instance, reached, SPRING_STIFFNESS, spring_stiffness(law, reached));
-    double force = with_added(instance, reached, SPRING_FORCE, spring_force(law, reached));
-    return reference == SPRING_FORCE ? force : rate(instance, reference, force, spring_omega_slope(law, reached).value);
-}
-
 SPRING_APART double output(const Instance *instance, const SpringMemory *reached, unsigned reference)
 {
-    if (instance->has_added)
-        return output_with_added(instance, reached, reference);
-    switch (reference) {
-    case SPRING_FORCE: return spring_force(instance->first.law, reached);
-    case SPRING_STIFFNESS: return spring_stiffness(instance->first.law, reached);
+    const SpringLaw *law = instance->first.law;
+    SpringKind kind = reference <= SPRING_OMEGA ? (SpringKind)reference : fmu_kind(reference);
+    switch (kind) {
     case SPRING_OMEGA: return reached->omega;
-    default:
-        return rate(instance, reference, spring_force(instance->first.law, reached),
-                    spring_omega_slope(instance->first.law, reached).value);
+    case SPRING_OMEGA_RATE: return instance->state.velocity * spring_omega_slope(law, reached).value;
+    case SPRING_STIFFNESS: {
+        double stiffness = spring_stiffness(law, reached);
+        return instance->has_added ? with_added(instance, reached, SPRING_STIFFNESS, stiffness) : stiffness;
     }
+    case SPRING_FORCE:
+    case SPRING_POWER: {
+        double first = spring_force(law, reached);
+        double force = instance->has_added ? with_added(instance, reached, SPRING_FORCE, first) : first;
+        return kind == SPRING_FORCE ? force : instance->state.velocity * force;
+    }
+    default: return added_output(instance, reached, reference);
+    }
+}
+
+/* The value of a variable from the first parameter on that is set; whether it is one. */
+SPRING_NOINLINE static int is_given(State *state, unsigned reference, double *value)
+{
+    VariableCausality causality = fmu_causality(reference);
+    if (causality == VARIABLE_LOCAL)
+        return 0;
+    SpringVariable variable = fmu_variable(reference);
+    *value = causality == VARIABLE_INPUT ? state->velocity : *fmu_setting(&state->settings, &variable);
+    return 1;
 }
 
 FmuStatus fmu_read(Instance *instance, const unsigned references[], size_t count, double values[])
@@ -340,10 +330,7 @@ FmuStatus fmu_read(Instance *instance, const unsigned references[], size_t count
     for (size_t i = 0; i < count; i++) {
         if (references[i] == SPRING_DISPLACEMENT) {
             values[i] = state->displacement;
-        } else if (references[i] >= SPRING_FIRST_PARAMETER && is_given(&state->settings, references[i])) {
-            int is_velocity = fmu_causality(&state->settings, references[i]) == VARIABLE_INPUT;
-            values[i] = is_velocity ? state->velocity : *fmu_setting(&state->settings, references[i]);
-        } else {
+        } else if (references[i] <= SPRING_OMEGA || !is_given(state, references[i], &values[i])) {
             const SpringMemory *reached = fmu_reach(instance);
             if (reached == NULL)
                 return FMU_ERROR;
@@ -395,49 +382,47 @@ SPRING_COLD FmuStatus change_parameters(Instance *instance, const Settings *sett
     return FMU_OK;
 }
 
-static FmuStatus require_settable(const Instance *instance, unsigned reference, double value)
+static FmuStatus require_settable(const Instance *instance, const SpringVariable *variable, double value)
 {
-    VariableCausality causality = fmu_causality(&instance->state.settings, reference);
-    if (causality == VARIABLE_INPUT || fmu_is_state(&instance->state.settings, reference))
+    const State *state = &instance->state;
+    if (variable->causality == VARIABLE_INPUT || variable->is_state)
         return FMU_OK;
-    if (causality != VARIABLE_PARAMETER)
-        return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.",
-                          fmu_name(&instance->state.settings, reference).text);
+    if (variable->causality != VARIABLE_PARAMETER)
+        return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.", variable->name);
     /* Some hosts, OpenModelica before August 2026 among them, set all parameters to what they are. */
-    if (instance->state.mode & (INSTANTIATED | INITIALIZATION) ||
-        memcmp(fmu_setting((Settings *)&instance->state.settings, reference), &value, sizeof value) == 0)
+    if (state->mode & (INSTANTIATED | INITIALIZATION) ||
+        memcmp(fmu_setting((Settings *)&state->settings, variable), &value, sizeof value) == 0)
         return FMU_OK;
-    if (!fmu_is_tunable(&instance->state.settings, reference))
-        return FMU_REFUSE(&instance->log,
-                          "`%s` is fixed after initialization; reset the instance to change it.",
-                          fmu_name(&instance->state.settings, reference).text);
-    if (instance->state.mode & ME_CONTINUOUS_TIME && !instance->state.settings.has_states)
-        return FMU_REFUSE(&instance->log, "`%s` can be changed at events only; enter event mode first.",
-                          fmu_name(&instance->state.settings, reference).text);
+    if (!variable->is_tunable)
+        return FMU_REFUSE(
+            &instance->log, "`%s` is fixed after initialization; reset the instance to change it.", variable->name);
+    if (state->mode & ME_CONTINUOUS_TIME && !instance->has_states)
+        return FMU_REFUSE(
+            &instance->log, "`%s` can be changed at events only; enter event mode first.", variable->name);
     return FMU_OK;
 }
 
 /* Refuses what no input, state or parameter may be. */
-static FmuStatus require_value(const Instance *instance, unsigned reference, double value)
+static FmuStatus require_value(const Instance *instance, const SpringVariable *variable, double value)
 {
-    const Settings *settings = &instance->state.settings;
-    VariableCausality causality = fmu_causality(settings, reference);
-    int is_displacement = reference == SPRING_DISPLACEMENT, is_input = causality == VARIABLE_INPUT;
+    int is_displacement = variable->kind == SPRING_DISPLACEMENT, is_input = variable->causality == VARIABLE_INPUT;
+    int is_parameter = variable->causality == VARIABLE_PARAMETER;
     double largest = is_displacement ? LARGEST_DISPLACEMENT : is_input ? LARGEST_VELOCITY : LARGEST_SUM;
-    if (causality == VARIABLE_PARAMETER ? isfinite(value) : fabs(value) <= largest)
+    if (is_parameter ? isfinite(value) : fabs(value) <= largest)
         return FMU_OK;
-    if (causality == VARIABLE_PARAMETER)
-        return FMU_REFUSE(&instance->log, "`%s` must be finite, got %s; the previous value is kept.",
-                          fmu_name(settings, reference).text, spring_number(value).text);
+    if (is_parameter)
+        return FMU_REFUSE(&instance->log, "`%s` must be finite, got %s; the previous value is kept.", variable->name,
+                          spring_number(value).text);
     return FMU_REFUSE(&instance->log, "`%s` must be within +-%g%s, got %s; the previous value is kept.",
-                      fmu_name(settings, reference).text, largest, is_displacement ? " m" : is_input ? " m/s" : "",
+                      variable->name, largest, is_displacement ? " m" : is_input ? " m/s" : "",
                       spring_number(value).text);
 }
 
 FmuStatus fmu_require_other_change(const Instance *instance, unsigned reference, double value)
 {
-    FmuStatus status = require_settable(instance, reference, value);
-    return status != FMU_OK ? status : require_value(instance, reference, value);
+    SpringVariable variable = fmu_variable(reference);
+    FmuStatus status = require_settable(instance, &variable, value);
+    return status != FMU_OK ? status : require_value(instance, &variable, value);
 }
 
 void fmu_open_changes(Instance *instance)
@@ -454,20 +439,19 @@ void fmu_open_changes(Instance *instance)
 SPRING_NOINLINE static void change_other(Instance *instance, unsigned reference, double value)
 {
     Changes *changes = &instance->changes;
-    const Settings *settings = &instance->state.settings;
-    if (fmu_causality(settings, reference) == VARIABLE_PARAMETER) {
+    SpringVariable variable = fmu_variable(reference);
+    if (variable.causality == VARIABLE_PARAMETER) {
         if (!changes->has_parameters)
-            changes->settings = *settings;
+            changes->settings = instance->state.settings;
         changes->has_parameters = 1;
-        *fmu_setting(&changes->settings, reference) = value;
-    } else if (reference >= fmu_first_added(settings)) {
-        AddedVariable added = fmu_added(settings, reference);
+        *fmu_setting(&changes->settings, &variable) = value;
+    } else if (variable.kind == SECOND_OMEGA || variable.kind == BRANCH_ELONGATION) {
         if (!changes->has_added) {
             changes->second_omega = instance->state.added.second.omega;
             memcpy(changes->elongation, instance->state.added.elongation, sizeof changes->elongation);
         }
         changes->has_added = 1;
-        *(added.kind == ADDED_OMEGA ? &changes->second_omega : &changes->elongation[added.index]) = value;
+        *(variable.kind == SECOND_OMEGA ? &changes->second_omega : &changes->elongation[variable.index]) = value;
     } else {
         *(reference == SPRING_OMEGA             ? &changes->omega
           : reference == SPRING_ABSORBED_ENERGY ? &changes->energy

@@ -64,15 +64,12 @@ static FmuStatus get_indicators(const Instance *instance, double values[])
 /* References of the states in their order, or of their rates; their number. */
 static size_t references_of(const Instance *instance, int rates, unsigned references[MOST_STATES])
 {
-    const Settings *settings = &instance->state.settings;
-    unsigned first_own = fmu_first_own(settings);
-    size_t count = fmu_states(instance) == 0 ? 0 : 2;
-    references[0] = rates ? first_own + OWN_POWER : SPRING_ABSORBED_ENERGY;
-    references[1] = rates ? first_own + OWN_OMEGA_RATE : SPRING_OMEGA;
-    /* Their order is that of the variables, of the rates as of the states. */
-    for (unsigned i = fmu_first_added(settings); i < instance->variables && instance->has_states; i++)
-        if (rates ? fmu_is_rate(settings, i) : fmu_is_state(settings, i))
+    size_t count = 0;
+    for (unsigned i = 0; i < instance->variables && instance->has_states; i++) {
+        SpringVariable variable = fmu_variable(i);
+        if (rates ? variable.is_rate : variable.is_state)
             references[count++] = i;
+    }
     return count;
 }
 

@@ -1,6 +1,5 @@
 #include "fmu_state.h"
 
-#include "fmu_branches.h"
 #include "../fmi/fmu_modes.h"
 #include "../fmi/fmu_sound.h"
 #include "../spring/spring_problem.h"
@@ -40,10 +39,7 @@ static void resolver_fields(Cursor *cursor, SpringResolver *resolver)
 /* Of a second mechanism and of branches, if there are any. */
 static void added_fields(Cursor *cursor, State *state)
 {
-    Settings *settings = &state->settings;
-    for (unsigned i = fmu_first_added(settings); i < fmu_variables(settings); i++)
-        if (fmu_causality(settings, i) == VARIABLE_PARAMETER)
-            fmu_double_field(cursor, fmu_setting(settings, i));
+    const Settings *settings = &state->settings;
     if (settings->added.mechanisms) {
         memory_fields(cursor, &state->added.second);
         sensitivity_fields(cursor, &state->added.sensitivity);
@@ -62,10 +58,11 @@ void fmu_state_fields(Cursor *cursor, State *state)
     fmu_int_field(cursor, &state->mode);
     fmu_double_field(cursor, &state->time);
     fmu_double_field(cursor, &state->stop_time);
-    for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_first_own(&state->settings); i++)
-        fmu_double_field(cursor, fmu_setting(&state->settings, i));
-    fmu_double_field(cursor, &state->settings.omega_start);
-    fmu_double_field(cursor, &state->settings.input_resolution);
+    for (unsigned i = 0; i < fmu_variables(); i++)
+        if (fmu_causality(i) == VARIABLE_PARAMETER) {
+            SpringVariable parameter = fmu_variable(i);
+            fmu_double_field(cursor, fmu_setting(&state->settings, &parameter));
+        }
     fmu_double_field(cursor, &state->displacement);
     fmu_double_field(cursor, &state->velocity);
     fmu_double_field(cursor, &state->acceleration);
@@ -158,12 +155,11 @@ static const char *damaged_field(const State *state)
         return "resolver";
     if (!added_is_sound(state, largest))
         return "memory of a second mechanism or a branch";
-    for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_variables(&settings); i++)
-        if (fmu_causality(&settings, i) == VARIABLE_PARAMETER && !isfinite(*fmu_setting(&settings, i)))
+    for (unsigned i = 0; i < fmu_variables(); i++) {
+        SpringVariable variable = fmu_variable(i);
+        if (variable.causality == VARIABLE_PARAMETER && !isfinite(*fmu_setting(&settings, &variable)))
             return "settings";
-    if (!isfinite(settings.omega_start) || !isfinite(settings.input_resolution) ||
-        (settings.has_states && settings.input_resolution != 0.0))
-        return "settings";
+    }
     if (!fmu_is_flag(state->energy_wanted) || !fmu_is_side(state->side) || !fmu_is_flag(state->extrapolating))
         return "flags";
     if (!fmu_watch_is_sound(&state->watch))

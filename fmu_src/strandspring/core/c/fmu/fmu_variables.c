@@ -1,122 +1,98 @@
 #include "fmu_variables.h"
 
+#include "../spring/spring_number.h"
+#include "../spring/spring_problem.h"
+
 #include <stdio.h>
+#include <string.h>
 
-static const char *const NAMES[SPRING_FIRST_PARAMETER] = {
-    "displacement", "force", "stiffness", "absorbed_energy", "extrapolating", "omega"};
-
-/* Name of a parameter, or of a list of them, and the places of its value and of the derivative by it. */
+/* Where the value of a parameter and the derivative by it lie. */
 typedef struct {
-    const char *name;
-    size_t value, derivative;
-} Parameter;
-
-#define PARAMETER(name) {#name, offsetof(Settings, spring.name), offsetof(SpringGradient, by_##name)}
-static const Parameter SCALARS[SPRING_SCALARS] = {
-    PARAMETER(kappa_omega),
-    PARAMETER(rho),
-    PARAMETER(sigma),
-    PARAMETER(n),
-    PARAMETER(displacement_offset),
-    PARAMETER(displacement_min),
-    PARAMETER(displacement_max),
-};
-static const Parameter LISTS[] = {PARAMETER(kE), PARAMETER(FE_knots), PARAMETER(FE_forces), PARAMETER(kA)};
-#undef PARAMETER
-
-static const char *const OWN_USUAL_NAMES[OWN_OF_USUAL_FORM] = {"omega_start", "input_resolution"};
-static const char *const OWN_NAMES[OWN_OF_STATES_FORM] = {"velocity", "der(absorbed_energy)", "der(omega)"};
-
-/* Those up to n. */
-enum { TUNABLE_SCALARS = 4 };
-
-/* The place of a parameter in its list, and of its value and of the derivative by it. */
-typedef struct {
-    enum { SCALAR, ELASTIC, KNOT, KNOT_FORCE, AMPLIFIER, OWN, NO_PARAMETER } list;
-    int index;
     size_t value, derivative;
 } ParameterPlace;
 
-static ParameterPlace parameter_place(const Settings *settings, unsigned reference)
+#define OF_FIRST(name) {offsetof(Settings, spring.name), offsetof(SpringGradient, by_##name)}
+#define OF_SECOND(name) {offsetof(Settings, added.name), offsetof(SpringGradient, by_##name)}
+static const ParameterPlace PLACES[] = {
+    [SPRING_KAPPA_OMEGA] = OF_FIRST(kappa_omega),
+    [SPRING_RHO] = OF_FIRST(rho),
+    [SPRING_SIGMA] = OF_FIRST(sigma),
+    [SPRING_N] = OF_FIRST(n),
+    [SPRING_OFFSET] = OF_FIRST(displacement_offset),
+    [SPRING_MIN] = OF_FIRST(displacement_min),
+    [SPRING_MAX] = OF_FIRST(displacement_max),
+    [SPRING_ELASTIC] = OF_FIRST(kE),
+    [SPRING_KNOT] = OF_FIRST(FE_knots),
+    [SPRING_KNOT_FORCE] = OF_FIRST(FE_forces),
+    [SPRING_AMPLIFIER] = OF_FIRST(kA),
+    [SPRING_OMEGA_START] = {offsetof(Settings, omega_start), offsetof(SpringGradient, by_omega_start)},
+    [SPRING_INPUT_RESOLUTION] = {offsetof(Settings, input_resolution), 0}, /* of which there are no derivatives */
+    [SECOND_KAPPA_OMEGA] = OF_SECOND(kappa_omega),
+    [SECOND_RHO] = OF_SECOND(rho),
+    [SECOND_SIGMA] = OF_SECOND(sigma),
+    [SECOND_N] = OF_SECOND(n),
+    [SECOND_AMPLIFIER] = OF_SECOND(kA),
+    [SECOND_OMEGA_START] = {offsetof(Settings, second_omega_start), offsetof(SpringGradient, by_omega_start)},
+    [BRANCH_STIFFNESS] = {offsetof(Settings, added.stiffness), 0},
+    [BRANCH_TIME_CONSTANT] = {offsetof(Settings, added.time_constant), 0},
+};
+
+double *fmu_setting(Settings *settings, const SpringVariable *parameter)
 {
-    const SpringParameters *p = &settings->spring;
-    const int counts[OWN] = {SPRING_SCALARS, p->elastic, p->knots, p->forces, p->amplifier};
-    if (reference < SPRING_FIRST_PARAMETER)
-        return (ParameterPlace){.list = NO_PARAMETER};
-    int index = (int)reference - SPRING_FIRST_PARAMETER, list = SCALAR;
-    while (list < OWN && index >= counts[list])
-        index -= counts[list++];
-    if (list == OWN && index == OWN_INPUT_RESOLUTION) /* of which there are no derivatives */
-        return (ParameterPlace){.list = list, .index = index, .value = offsetof(Settings, input_resolution)};
-    if (list == OWN)
-        return (ParameterPlace){
-            list, index, offsetof(Settings, omega_start), offsetof(SpringGradient, by_omega_start)};
-    const Parameter *parameter = list == SCALAR ? &SCALARS[index] : &LISTS[list - ELASTIC];
-    size_t before = list == SCALAR ? 0 : (size_t)index * sizeof(double);
-    return (ParameterPlace){list, index, parameter->value + before, parameter->derivative + before};
+    return (double *)((char *)settings + PLACES[parameter->kind].value) + parameter->index;
 }
 
-int fmu_is_state(const Settings *settings, unsigned reference)
+double fmu_derivative_by(const SpringGradient *gradient, const SpringVariable *parameter)
 {
-    return settings->has_states && (reference == SPRING_OMEGA || reference == SPRING_ABSORBED_ENERGY ||
-                                    fmu_added_is_state(settings, fmu_added(settings, reference)));
+    const char *place = (const char *)gradient + PLACES[parameter->kind].derivative;
+    return ((const double *)place)[parameter->index];
 }
 
-int fmu_is_rate(const Settings *settings, unsigned reference)
+VariableName fmu_name(unsigned reference)
 {
-    if (reference >= fmu_first_added(settings))
-        return fmu_added_is_rate(fmu_added(settings, reference));
-    return settings->has_states && reference > fmu_first_own(settings) + OWN_VELOCITY;
-}
-
-int fmu_is_tunable(const Settings *settings, unsigned reference)
-{
-    AddedVariable added = fmu_added(settings, reference);
-    if (added.kind != ADDED_NONE)
-        return fmu_added_is_tunable(added);
-    ParameterPlace place = parameter_place(settings, reference);
-    if (place.list == AMPLIFIER)
-        return place.index > 0; /* kA_0 is 1 */
-    if (place.list == OWN)
-        return reference == fmu_input_resolution(settings);
-    return place.list == SCALAR ? place.index < TUNABLE_SCALARS : place.list != KNOT;
-}
-
-VariableName fmu_name(const Settings *settings, unsigned reference)
-{
-    AddedVariable added = fmu_added(settings, reference);
-    if (added.kind != ADDED_NONE)
-        return fmu_added_name(added);
+    SpringVariable variable = fmu_variable(reference);
     VariableName name;
-    ParameterPlace place = parameter_place(settings, reference);
-    if (place.list == NO_PARAMETER)
-        snprintf(name.text, sizeof name.text, "%s", NAMES[reference]);
-    else if (place.list == SCALAR)
-        snprintf(name.text, sizeof name.text, "%s", SCALARS[place.index].name);
-    else if (place.list == OWN)
-        snprintf(name.text, sizeof name.text, "%s", (settings->has_states ? OWN_NAMES : OWN_USUAL_NAMES)[place.index]);
-    else
-        snprintf(name.text, sizeof name.text, "%s_%d", LISTS[place.list - ELASTIC].name, place.index);
+    memcpy(name.text, variable.name, sizeof name.text);
     return name;
 }
 
-double *fmu_setting(Settings *settings, unsigned reference)
+static int second_problem(const Settings *settings, char *text, size_t size)
 {
-    AddedVariable added = fmu_added(settings, reference);
-    if (added.kind != ADDED_NONE)
-        return fmu_added_setting(settings, added);
-    return (double *)((char *)settings + parameter_place(settings, reference).value);
+    SpringParameters second = spring_second(&settings->spring, &settings->added);
+    if (!spring_problem(&second, text, size))
+        return 0;
+    /* What is named first is wrong, and has these letters before its name here. */
+    char *name = strchr(text, '`');
+    const char prefix[] = "second_";
+    size_t length = sizeof prefix - 1, behind = name == NULL ? 0 : strlen(name + 1) + 1;
+    if (name != NULL && (size_t)(name + 1 - text) + length + behind <= size) {
+        memmove(name + 1 + length, name + 1, behind);
+        memcpy(name + 1, prefix, length);
+    }
+    return 1;
 }
 
-double fmu_derivative_by(const SpringGradient *gradient, const Settings *settings, unsigned reference)
+int fmu_added_problem(const Settings *settings, char *text, size_t size)
 {
-    return *(const double *)((const char *)gradient + parameter_place(settings, reference).derivative);
-}
-
-double fmu_slope_derivative_by(const SpringOmegaSlope *slope, const Settings *settings, unsigned reference)
-{
-    ParameterPlace place = parameter_place(settings, reference);
-    /* kappa_omega, rho, sigma, n */
-    const double derivatives[TUNABLE_SCALARS] = {0.0, slope->by_rho, slope->by_sigma, slope->by_n};
-    return place.list == SCALAR && place.index < TUNABLE_SCALARS ? derivatives[place.index] : 0.0;
+    const SpringAdded *added = &settings->added;
+    double width = settings->spring.displacement_max - settings->spring.displacement_min;
+    if (added->mechanisms && !(fabs(settings->second_omega_start) <= 1.0)) {
+        snprintf(text, size, "`second_omega_start` must be within [-1, 1], got %s.",
+                 spring_number(settings->second_omega_start).text);
+        return 1;
+    }
+    if (added->mechanisms && second_problem(settings, text, size))
+        return 1;
+    for (int i = 0; i < added->branches; i++) {
+        double stiffness = added->stiffness[i], tau = added->time_constant[i], largest = LARGEST_FORCE / width;
+        int is_stiffness = !(0.0 <= stiffness && stiffness <= largest);
+        if (!is_stiffness && LEAST_TIME_CONSTANT <= tau && tau <= LARGEST_TIME_CONSTANT)
+            continue;
+        snprintf(text, size, "`branch_%d_%s` must be within [%g, %.6g] %s, got %s.", i,
+                 is_stiffness ? "stiffness" : "time_constant", is_stiffness ? 0.0 : LEAST_TIME_CONSTANT,
+                 is_stiffness ? largest : LARGEST_TIME_CONSTANT, is_stiffness ? "N/m" : "s",
+                 spring_number(is_stiffness ? stiffness : tau).text);
+        return 1;
+    }
+    return 0;
 }
