@@ -27,6 +27,7 @@ from mounted_examples import (
 from oracles import bodies_motion, half_sine, rest_of, sine
 from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch, Mechanism
+from strandspring.vibration.bodies import simulation
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import MountAxis, Stops, Vector
@@ -191,3 +192,13 @@ def test_steps_divide_the_interval_of_a_record_whose_times_are_rounded() -> None
     run = simulate_case(box(), LoadCase("record", "record", 0.1, (replace(SHOCK, signal=signal),)))
     steps = times[-1] / (times.size - 1) / run.step
     assert steps == pytest.approx(round(steps), rel=1e-12)
+
+
+def test_steps_are_not_halved_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A blow that throws a body about for seconds: errors that fall by no rule are stated, not driven away."""
+    case, system = LoadCase("blow", "pulse", 0.05, (replace(SHOCK, signal=HalfSine(15.0 * GRAVITY, 0.011)),)), box()
+    monkeypatch.setattr(simulation, "TOLERANCE", 0.0)
+    monkeypatch.setattr(simulation, "_MOST_FOUND", 5000)
+    run = simulate_case(system, case)
+    assert 2500 < case.steps(run.step) <= 5000
+    assert run.errors.acceleration.max() > 0.0

@@ -3,7 +3,8 @@
 The method is of second order (motion.h), so that a third of the change from step h to h/2 is the error of the finer
 run where the term in h^2 rules. The printed error is the whole change: a bound, which also holds for a figure whose
 term in h^2 happens to cancel in part, and for a peak at a corner of its course, whose error depends on where the steps
-fall. The step is halved until a third of the changes of acceleration, sway, tilt and stroke is within the tolerance.
+fall. The step is halved until a third of the changes of acceleration, sway, tilt and stroke is within the tolerance, or
+a run takes a million steps.
 
 Of random vibration no two realisations are alike within per cents: errors of half a per cent are let pass.
 
@@ -32,6 +33,9 @@ from .small_motion import SmallMotion
 TOLERANCE = 1e-3  # of a figure, relative to the largest of its kind
 _RANDOM_TOLERANCE = 5e-3  # of one realisation of random vibration, of which no two are alike within per cents
 MOST_STEPS = 100_000_000
+# A step that is found is halved until a run takes so many steps, or so many times those of the first: errors of what
+# hits a stop fall by no rule, and are then as large as is said.
+_MOST_FOUND, _MOST_TIMES = 1_000_000, 16
 _OF_STABLE, _RANDOM_OF_STABLE, _OF_SHORTEST, _LEAST_STEPS = 0.25, 0.5, 0.1, 50.0  # the first step tried
 _SMALL_TILT = 1e-3  # [rad], below which tilt asks for no shorter steps
 _MOST_ROWS = 2_000_000  # of histories, of which spectra are taken
@@ -93,12 +97,13 @@ def simulate_case(
     start = rest(system, share, case.weightless)
     stable = SmallMotion(system, start.pose).stable_step()
     h, tolerance = _first_step(case, stable, step), _RANDOM_TOLERANCE if case.is_random else TOLERANCE
-    coarse = _run_with_step(system, case, start, h)
+    coarse, most = _run_with_step(system, case, start, h), max(_MOST_FOUND, _MOST_TIMES * case.steps(h))
     while True:
         h *= 0.5
         fine = _run_with_step(system, case, start, h)
         changes = fine.figures.combined(coarse.figures, lambda new, old: np.abs(new - old))
-        if step is not None or 2 * case.steps(h) > MOST_STEPS or within(fine.figures, changes, 3.0 * tolerance):
+        is_shortest = step is not None or 2 * case.steps(h) > min(most, MOST_STEPS)
+        if is_shortest or within(fine.figures, changes, 3.0 * tolerance):
             break
         coarse = fine
     check_balance(case, fine.energies, h)
