@@ -394,9 +394,7 @@ class Outcome(Enum):
         "The model holds no 95 % prediction interval", "identify the spring again with the refined method to have it"
     )
     NO_WHOLE_CYCLE = _caution(
-        "The record holds no whole cycle",
-        "record at least one, there and back",
-        "strokes: {strokes}",
+        "The record holds no whole cycle", "record at least one, there and back", "strokes: {strokes}"
     )
     PARAMETERS_CHANGED = _caution(
         "Parameters lie outside their 95 % intervals in the same file, so they were changed after the identification, "

@@ -25,7 +25,7 @@ from ..ground.children import kill_all
 from ..ground.files import replacing, user_cache
 from . import zig
 from .sources import PACKAGE, c_sources, fmi_headers
-from .targets import FLAGS, Target
+from .targets import FLAGS, WINDOWS_X86, Target
 
 PACKAGED = PACKAGE / "compiled" / "images"
 _KEPT_FOR = 30 * 24 * 3600.0  # [s]
@@ -134,7 +134,8 @@ def compiled(unit: CompiledUnit, target: Target) -> bytes:
     sources = unit.sources()
     for fmi in unit.fmi:
         sources |= fmi_headers(fmi)
-    guards = target.system.guards if unit.fmi else ()
+    # Of what hosts load; for Windows the compiler knows none without the C library of MinGW.
+    guards = ("-fstack-protector-strong",) if unit.fmi and target != WINDOWS_X86 else ()
     return zig.shared_library(target, sources, unit.files, unit.name, (*unit.flags, *guards))
 
 

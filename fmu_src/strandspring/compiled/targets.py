@@ -23,7 +23,6 @@ class System:
     ----------
     suffix : str              Of a shared library.
     linking : tuple of str    Flags of the linker.
-    guards : tuple of str     Flags of what hosts load into their processes.
     runtime : str or None     A C file beside this one that takes the place of the compiler's start code.
     headers : str or None     A folder of the compiler with those of the C library, where it does not find them itself
                               without linking its own.
@@ -33,7 +32,6 @@ class System:
     suffix: str
     wheel: str
     linking: tuple[str, ...] = ()
-    guards: tuple[str, ...] = ()
     runtime: str | None = None
     headers: str | None = None
 
@@ -43,13 +41,11 @@ _UCRT = (
     "-Wl,--entry=library_start",
     *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("convert", "heap", "math", "private", "stdio", "string")),
 )
-_GUARDS = ("-fstack-protector-strong",)
 # Only the system's libraries are linked: the compiler's own would first be compiled for each target, which takes long.
 _SYSTEMS = {
-    "linux": System(".so", "manylinux_2_17_{}", ("-nostdlib", "-lc", "-lm", "-Wl,--build-id=none"), _GUARDS),
-    # Without the C library of MinGW, which would have to be linked, the compiler knows no stack protector there.
-    "windows": System(".dll", "win_{}", _UCRT, (), "windows_runtime.c", "lib/libc/include/any-windows-any"),
-    "macos": System(".dylib", "macosx_11_0_{}", ("-nostdlib", "-lc"), _GUARDS),
+    "linux": System(".so", "manylinux_2_17_{}", ("-nostdlib", "-lc", "-lm", "-Wl,--build-id=none")),
+    "windows": System(".dll", "win_{}", _UCRT, "windows_runtime.c", "lib/libc/include/any-windows-any"),
+    "macos": System(".dylib", "macosx_11_0_{}", ("-nostdlib", "-lc")),
 }
 
 
