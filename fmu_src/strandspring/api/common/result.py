@@ -46,12 +46,10 @@ class Result:
         """What JSON holds besides findings: anything that `in_json` takes, in SI units."""
         return {}
 
-    def brief(self, width: int | None = None) -> list[str]:
-        """What everybody has to know of it, as the command line prints it without --verbose."""
-        return self.text_lines(width, brief=True)
-
     def text_lines(self, width: int | None = None, brief: bool = False) -> list[str]:
-        """The result in words, without cautions and notes; tables of at most a width."""
+        """The result in words, without cautions and notes; if brief, what everybody has to know, as the command line
+        prints it without --verbose. Tables have at most a width.
+        """
         parts = self.parts(brief)
         return [line for part in parts for line in (part.lines(width, brief) if isinstance(part, Table) else [part])]
 
@@ -60,9 +58,8 @@ class Result:
         of_records = [finding for record in getattr(self, "records", ()) for finding in record.found]
         remarks = dict.fromkeys(
             f"{title}: {text}"
-            for sentences in (self.sentences, lambda of, reader: gathered(of_severity(of_records, of), reader))
             for title, of in {"Caution": CAUTIONS, "Note": NOTES}.items()
-            for text in sentences(of, Reader.PYTHON)
+            for text in (*self.sentences(of, Reader.PYTHON), *gathered(of_severity(of_records, of), Reader.PYTHON))
         )
         return "\n".join([*self.text_lines(), *remarks])
 
