@@ -30,8 +30,7 @@ from ..model.joint import HYSTERETIC_UNITS, ForceInterval
 from ..model.stated_figures import differ, effects_in_words, in_words
 from .common.given import Source, given_records
 from .common.model_source import Progress, unseen
-from .common.result import PlottedResult, picked
-from .common.table import Table
+from .common.result import PlottedResult, Table, picked
 from .common.text import counted, fit_table, loop_table, parameter_table, shape_of, verdict_json
 from .options import Fitting
 from .spring import Spring
@@ -217,8 +216,6 @@ class ManyResult(PlottedResult):
     left_out : tuple of Finding  Files of folders that were not taken.
     seconds : float              That this run took.
     """
-
-    _stated: ClassVar = {}  # beside `content`
 
     folder: Path
     batch: BatchSummary

@@ -13,7 +13,7 @@ from ...ground.result_columns import ResultColumn, values
 from ...loops.loop import LOOP_FIGURES, Loop
 from ...model.joint import HYSTERETIC_PARAMETERS, further_columns
 from ...model.stated_figures import Figures, differ, energy_ratio
-from .table import Table
+from .result import Table
 
 if TYPE_CHECKING:
     from ...identification.figures import RecordFit
