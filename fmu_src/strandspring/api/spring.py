@@ -18,8 +18,8 @@ import strandspring as public
 from ..campaigns.jobs.threads import in_threads, usable_cores
 from ..core.parameters import ARRAYS, SCALARS, SpringParameters
 from ..errors import ModelError
-from ..ground.arguments import flag, number, numbers, workers_of
-from ..ground.options import takes
+from ..ground.arguments import flag, numbers, workers_of
+from ..ground.options import Option, takes
 from ..ground.plotfile import some_axes
 from ..kernel.arrays import FloatArray
 from ..kernel.branches import as_times, require_plain
@@ -38,6 +38,7 @@ Made = TypeVar("Made")
 Quantity: TypeAlias = Literal["force", "stiffness", "absorbed_energy"]
 
 _HYSTERETIC = {"kappa_omega", "rho", "sigma", "n"}
+_RESOLUTION = Option("number", "Resolution of the displacement", "m", least=0.0)
 _CHUNKS = 4  # for each thread, so that all finish together
 
 
@@ -333,9 +334,7 @@ class Spring:
         ------
         ValueError    If a number is not finite or out of bounds, or the times are missing.
         """
-        resolution = number("input_resolution", input_resolution, "m")
-        if not 0.0 <= resolution < np.inf:
-            raise ValueError(f"`input_resolution` must be finite and >= 0 [m], got {resolution!r}.")
+        resolution = _RESOLUTION.checked("input_resolution", input_resolution, ValueError)
         return self._solver.force(*self._path(displacement, omega_start, time), resolution)
 
     def omega(self, displacement: ArrayLike, omega_start: OmegaStart = 0.0) -> FloatArray:

@@ -41,14 +41,12 @@ class Table:
 
     Parameters
     ----------
-    columns : sequence of ResultColumn   Those without `short` are in files only, those without `words` in text only,
-                                         where columns without any value are left out.
-    rows : sequence                      Mappings by the columns' keys, or objects with such attributes: numbers in SI
-                                         units, pairs of them for a range, texts; None or missing where there is none.
+    columns : sequence of ResultColumn   In files only without `short`, in text only without `words`.
+    rows : sequence                      Mappings by the columns' keys, or objects with such attributes, in SI units.
     title : str                          A line before the table, in text.
-    details : collection of str          Keys of the columns that are left out where it is to be brief.
-    varied : collection of str or None   Keys of the columns that stay in brief text though all rows hold the same;
-                                         the other ones with one value are put before the table. None for all.
+    details : collection of str          Keys of the columns that brief text leaves out.
+    varied : collection of str or None   Keys of the columns that brief text has in the table, not before it, though
+                                         all rows hold the same; None for all.
     """
 
     columns: Sequence[ResultColumn]
@@ -117,9 +115,7 @@ class Result:
         return {}
 
     def text_lines(self, width: int | None = None, brief: bool = False) -> list[str]:
-        """The result in words, without cautions and notes; if brief, what everybody has to know, as the command line
-        prints it without --verbose. Tables have at most a width.
-        """
+        """The result in words, without cautions and notes; if brief, what everybody has to know."""
         parts = self.parts(brief)
         return [line for part in parts for line in (part.lines(width, brief) if isinstance(part, Table) else [part])]
 
@@ -219,8 +215,7 @@ class PlottedResult(Result):
 
 
 def in_json(value: Any) -> Any:
-    """What JSON can hold of a value: fields of dataclasses, rows of tables, items of arrays, values of members, text of
-    paths, and null for NaN and infinity.
+    """What JSON can hold of a value, with null for NaN and infinity.
 
     Examples
     --------
@@ -261,14 +256,8 @@ def table_lines(
 ) -> list[str]:
     """A table with the columns `left` aligned to the left and all others to the right.
 
-    Parameters
-    ----------
-    headings : sequence of str
-    rows : iterable of sequences of str
-    left : collection of str     Headings of the columns to align to the left.
-    width : int or None          Fold headings and the widest text of a wider table; if that does not do, the table into
-                                 several, one below the other, each with the first column of `left`, or the first of
-                                 all, which says what the rows are, with their numbers where it says that twice.
+    Of a table wider than `width`, headings and the widest text are folded. If that does not do, it becomes several, one
+    below the other, each with its first column of text, or its first, numbered where it says the same twice.
 
     Examples
     --------
@@ -308,7 +297,7 @@ def table_lines(
 
 
 def _width_of(columns: Iterable[Sequence[Sequence[str]]]) -> int:
-    """Of columns beside each other, each after a gap; a column is its heading and its cells, each with its lines."""
+    """Of columns, each after a gap; a column is its heading and its cells, each with its lines."""
     return sum(len(_GAP) + max((_width(line) for cell in of for line in cell), default=0) for of in columns)
 
 
