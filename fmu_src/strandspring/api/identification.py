@@ -98,12 +98,10 @@ class Identification(IdentifiedModel, PlottedResult):
         """Method, parameters with their uncertainty, and what the model file holds of the fit."""
         rate, overlap = map(verdict_json, self.campaign)
         return {
-            **picked(self, "method", "options"),
+            **picked(self, "method", "options", "uncertainty", "effects"),
             "parameters": self.parameters.as_dict(),
-            "uncertainty": self.uncertainty,
             **dict.fromkeys(("verdict", "small_loops", "lack_of_fit")),
             **self.model_file().fit,
-            "effects": self.effects,
             "records": [
                 {"path": fit.path, **fit.as_json(fitted)} for fit, fitted in zip(self.fits, self.fitted, strict=True)
             ],

@@ -39,6 +39,7 @@ Quantity: TypeAlias = Literal["force", "stiffness", "absorbed_energy"]
 
 _HYSTERETIC = {"kappa_omega", "rho", "sigma", "n"}
 _RESOLUTION = Option("number", "Resolution of the displacement", "m", least=0.0)
+_OMEGA_START = Option("number", "Normalized hysteretic variable at the start", least=-1.0, most=1.0)
 _CHUNKS = 4  # for each thread, so that all finish together
 
 
@@ -171,8 +172,9 @@ def responses(
     if len({*several.values()}) > 1 or 0 in several.values():
         raise ValueError(f"All arrays must have one row for each spring or path, got {several}.")
     rows = next(iter(several.values()), 1)
-    _refuse_beyond(columns["omega_start"].tolist())
     starts = np.broadcast_to(columns.pop("omega_start"), rows)
+    for end in (np.min, np.max):
+        _OMEGA_START.checked("omega_start", float(end(starts)), ValueError)
     possible = np.resize(_possible(base, columns, computing.impossible), rows)
     springs = spring_rows(base, rows, columns)
     springs[~possible] = spring_rows(base, 1, {})
@@ -204,12 +206,6 @@ def _chosen(argument: str, names: Sequence[str], known: Iterable[str]) -> list[s
         if name not in known:
             raise ValueError(f"`{argument}` must be of {', '.join(known)}, got {name!r:.40}.")
     return chosen
-
-
-def _refuse_beyond(starts: Iterable[float]) -> None:
-    for start in starts:
-        if not -1.0 <= start <= 1.0:
-            raise ValueError(f"`omega_start` must be within [-1, 1], got {start!r}.")
 
 
 def _possible(base: SpringParameters, columns: Mapping[str, FloatArray], impossible: str) -> NDArray[np.bool_]:
@@ -359,10 +355,10 @@ class Spring:
         self, displacement: ArrayLike, omega_start: OmegaStart, time: ArrayLike | None = None, is_bounded: bool = True
     ) -> tuple[FloatArray, OmegaStart, FloatArray | None]:
         """What a solver takes; if bounded, the caller's caller is warned beyond the range."""
-        path, starts = as_path(displacement), numbers("omega_start", omega_start)
+        path, given = as_path(displacement), numbers("omega_start", omega_start)
+        starts = [_OMEGA_START.checked("omega_start", start, ValueError) for start in given]
         if len(starts) not in (1, 2):
             raise ValueError(f"`omega_start` must be one number or two, got {len(starts)}.")
-        _refuse_beyond(starts)
         times = None if time is None else as_times(time, path.size)
         if is_bounded:
             warn_outside(path, self.parameters.displacement_min, self.parameters.displacement_max, stacklevel=3)
