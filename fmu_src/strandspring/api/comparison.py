@@ -32,8 +32,7 @@ from ..vibration.one_mass.response import Resonance, frequency_response
 from ..vibration.one_mass.system import IsolatedMass, static_equilibrium
 from .common.given import effects_of, of_records, outside, records_of
 from .common.model_source import ModelSource, model_of, source_of
-from .common.result import PlottedResult
-from .common.table import Table
+from .common.result import PlottedResult, Table
 from .differences import (
     DIFFERENCES,
     FIGURES,

@@ -30,8 +30,7 @@ from ..model.joint import HYSTERETIC_UNITS, ForceInterval
 from ..model.stated_figures import differ, effects_in_words, in_words
 from .common.given import Source, given_records
 from .common.model_source import Progress, unseen
-from .common.result import PlottedResult, picked
-from .common.table import Table
+from .common.result import PlottedResult, Table, picked
 from .common.text import counted, fit_table, loop_table, parameter_table, shape_of, verdict_json
 from .options import Fitting
 from .spring import Spring
@@ -47,10 +46,6 @@ _PROBLEMS = [ResultColumn(name, "", name, name) for name in ("file", "status", "
 _MEDIANS = [
     *(ResultColumn(name, "", name, name) for name in ("figure", "median", "unit")),
     ResultColumn("scatter", "1", "scatter", "+-", "%", 100.0, 2),
-]
-_OUTLIERS = [
-    ResultColumn("file", "", "file", "file"),
-    ResultColumn("figures", "", "figures", "outlying in"),
 ]
 _UNITS = {**FIGURES, **HYSTERETIC_UNITS, "rmse": "N"}
 
@@ -74,14 +69,8 @@ class Identification(IdentifiedModel, PlottedResult):
         """
         return Spring.from_model(self.model_file(name, description))
 
-    def parts(self, brief: bool) -> Iterator[str | Table]:
-        """The verdict, how records are followed, and parameters; then loops and the campaign."""
-        yield from self._alone(brief)
-        if not brief:
-            yield from (found.sentence for found in self.campaign if found is not None)
-
-    def _alone(self, brief: bool) -> Iterator[str | Table]:
-        """The parts without the test campaign, of which reports tell at their head."""
+    def parts(self, brief: bool, campaign: bool = True) -> Iterator[str | Table]:
+        """The verdict, how records are followed, and parameters; then loops and, but for reports, the campaign."""
         if self.verdict is not None:
             yield str(self.verdict)
         if not brief:
@@ -103,17 +92,16 @@ class Identification(IdentifiedModel, PlottedResult):
             yield f"  {detailed(Outcome.SMALL_LOOPS, unrecorded.numbers, Reader.PYTHON)}"
         if removed := effects_in_words(self.effects):
             yield f"  removed as the rig's: {'; '.join(map(' '.join, removed.items()))}"
+        yield from (found.sentence for found in self.campaign if campaign and found is not None)
 
     def content(self) -> dict[str, Any]:
         """Method, parameters with their uncertainty, and what the model file holds of the fit."""
         rate, overlap = map(verdict_json, self.campaign)
         return {
-            **picked(self, "method", "options"),
+            **picked(self, "method", "options", "uncertainty", "effects"),
             "parameters": self.parameters.as_dict(),
-            "uncertainty": self.uncertainty,
             **dict.fromkeys(("verdict", "small_loops", "lack_of_fit")),
             **self.model_file().fit,
-            "effects": self.effects,
             "records": [
                 {"path": fit.path, **fit.as_json(fitted)} for fit, fitted in zip(self.fits, self.fitted, strict=True)
             ],
@@ -160,7 +148,7 @@ class Identification(IdentifiedModel, PlottedResult):
         """
         from ..report.identification_page import write_report
 
-        write_report(path, self, self.model_file(name, description), self._alone(brief=False), details)
+        write_report(path, self, self.model_file(name, description), self.parts(brief=False, campaign=False), details)
 
 
 @takes(reading=Reading, fitting=Fitting)
@@ -227,36 +215,27 @@ class ManyResult(PlottedResult):
     seconds : float              That this run took.
     """
 
-    _stated: ClassVar = {}  # beside `content`
-
     folder: Path
     batch: BatchSummary
     left_out: tuple[Finding, ...]
     seconds: float
 
     @property
-    def is_complete(self) -> bool:
-        """Whether every spring was identified."""
-        return not self.problem
-
-    @property
     def problem(self) -> str:
-        """One sentence about the files that are not identified; empty without any."""
+        """One sentence about the files that are not identified; empty if all are."""
         others = {status: self.batch.statuses[status] for status in STATUSES if status != IDENTIFIED}
         count, files = sum(others.values()), counted(self.batch.files, "spring")
-        if not count:
-            return ""
-        are = "is" if count == 1 else "are"
         why = ", ".join(f"{number} {status}" for status, number in others.items() if number)
-        return f"{count} of {files} {are} not identified ({why}); {TABLE} says why."
+        are = "is" if count == 1 else "are"
+        return f"{count} of {files} {are} not identified ({why}); {TABLE} says why." if count else ""
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - the tables of files hold the rest
-        """How many were identified, what was wrong with the others, medians, and outliers."""
-        batch, identified = self.batch, self.batch.statuses[IDENTIFIED]
+        """How many were identified, what was wrong with the first others, medians, and the first outliers."""
+        batch = self.batch
         earlier = f"; {counted(batch.earlier, 'file')} finished by an earlier run" if batch.earlier else ""
-        yield f"{identified} of {counted(batch.files, 'spring')} identified ({self.seconds:.3g} s){earlier}"
-        yield Table(_PROBLEMS, batch.problems)
-        yield from _more(batch.files - identified - len(batch.problems))
+        identified = f"{batch.statuses[IDENTIFIED]} of {counted(batch.files, 'spring')} identified"
+        yield f"{identified} ({self.seconds:.3g} s){earlier}"
+        yield Table(_PROBLEMS, batch.problems, "The first that are not identified:")
         if batch.amplitude is not None:
             at = f"Median at an amplitude of {1e3 * batch.amplitude:.4g} mm, with the scatter over the batch:"
             rows = [{"figure": name, "unit": _UNITS[name], **figures} for name, figures in batch.figures.items()]
@@ -268,8 +247,7 @@ class ManyResult(PlottedResult):
             return
         rule = f"robust z of the logarithm beyond {LIMIT} in {', '.join(JUDGED)}"
         yield f"Outliers: {batch.outlier_count or 'none'} ({rule})"
-        yield Table(_OUTLIERS, [{"file": file, "figures": ", ".join(names)} for file, names in batch.outliers.items()])
-        yield from _more(batch.outlier_count - len(batch.outliers))
+        yield from (f"  {file}: {', '.join(names)}" for file, names in batch.outliers.items())
 
     def sentences(self, severities: Collection[Severity], reader: Reader, brief: bool = False) -> tuple[str, ...]:
         """What was assumed, and cautions of the identifications, each with the number of files."""
@@ -294,9 +272,8 @@ class ManyResult(PlottedResult):
         """Draw energy over secant stiffness at the common amplitude; in new axes if None."""
         (axes,), frame = self._axes(ax), self.to_frame()
         for is_outlier, rows in frame.groupby(frame["outlier"].notna()):
-            color, label = ("C3", "outliers") if is_outlier else ("C0", "springs")
-            stiffness, energy = rows["secant stiffness [N/m]"], rows["energy per cycle [J]"]
-            axes.plot(1e-3 * stiffness, energy, "o", color=color, label=label)
+            style, label = ("C3o", "outliers") if is_outlier else ("C0o", "springs")
+            axes.plot(1e-3 * rows["secant stiffness [N/m]"], rows["energy per cycle [J]"], style, label=label)
         at = "" if self.batch.amplitude is None else f" at {1e3 * self.batch.amplitude:.4g} mm"
         axes.set(xlabel="secant stiffness [N/mm]", ylabel="energy per cycle [J]", title=f"Loops{at}")
         axes.legend()
@@ -316,10 +293,6 @@ class ManyResult(PlottedResult):
             "left_out": tuple(gathered(self.left_out, Reader.FILE)),
             "seconds": self.seconds,
         }
-
-
-def _more(count: int) -> list[str]:
-    return [f"  and {count} more, see the table"] if count > 0 else []
 
 
 @takes(reading=Reading, fitting=Fitting, placing=Workers(None))

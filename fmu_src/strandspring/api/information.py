@@ -36,8 +36,7 @@ from ..model.stated_figures import in_words, stated_fit, stated_fits, stated_jso
 from ..records.record import Record
 from .common.given import Source, effects_of, given_records, of_records, outside, records_of, unrecorded
 from .common.model_source import ModelSource, describes_system, model_of, origin_of, path_of, source_of
-from .common.result import PlottedResult, picked
-from .common.table import Table
+from .common.result import PlottedResult, Table, picked
 from .common.text import fit_table, loop_table, parameter_table, shape_of, verdict_json
 
 if TYPE_CHECKING:

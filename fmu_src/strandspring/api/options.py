@@ -71,12 +71,7 @@ class Fitting:
 @described
 @dataclass(frozen=True)
 class Comparing:
-    """How two springs are compared.
-
-    Raises
-    ------
-    ValueError   If a number is not possible.
-    """
+    """How two springs are compared."""
 
     group: ClassVar[str] = "Comparison"
 
@@ -107,12 +102,7 @@ class Comparing:
 @described
 @dataclass(frozen=True)
 class Sampling:
-    """How a record is computed; some are of a spring only, and `exponent` is of Ni's experiment.
-
-    Raises
-    ------
-    ValueError   If a number is not possible.
-    """
+    """How a record is computed; some are of a spring only, and `exponent` is of Ni's experiment."""
 
     group: ClassVar[str] = "Sampling"
 

@@ -29,8 +29,7 @@ from ..loops.reading import Reading
 from ..model.modelfile import ModelFile, is_model_path
 from .common.given import Source, given_records
 from .common.model_source import ModelSource, model_of, path_of
-from .common.result import PlottedResult
-from .common.table import Table
+from .common.result import PlottedResult, Table
 from .identification import identify
 
 if TYPE_CHECKING:

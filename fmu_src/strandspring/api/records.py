@@ -23,8 +23,7 @@ from ..peers.ni import PAPER_NI, sine_period, steady_force, with_noise
 from ..records.record import Record
 from .common.given import Source, given_records, outside
 from .common.model_source import ModelSource, model_of
-from .common.result import Result, picked
-from .common.table import Table
+from .common.result import Result, Table, picked
 from .common.text import counted, loop_table
 from .options import Sampling
 

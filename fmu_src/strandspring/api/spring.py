@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from types import MethodType
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeAlias, TypeVar
@@ -19,14 +18,15 @@ import strandspring as public
 from ..campaigns.jobs.threads import in_threads, usable_cores
 from ..core.parameters import ARRAYS, SCALARS, SpringParameters
 from ..errors import ModelError
-from ..ground.arguments import flag, number, numbers, workers_of
-from ..ground.options import takes
+from ..ground.arguments import flag, numbers, workers_of
+from ..ground.options import Option, takes
 from ..ground.plotfile import some_axes
 from ..kernel.arrays import FloatArray
 from ..kernel.branches import as_times, require_plain
 from ..kernel.many_paths import QUANTITIES, along_paths, gradient_fields, spring_rows
 from ..kernel.path import OmegaStart, PathSolver, as_path, warn_outside
 from ..loops.loop import steady_loop
+from ..model.joint import HYSTERETIC_PARAMETERS
 from ..model.modelfile import ModelFile, load_model, save_model
 from .common.model_source import ModelSource, model_of
 from .common.text import shape_of
@@ -38,6 +38,8 @@ Made = TypeVar("Made")
 Quantity: TypeAlias = Literal["force", "stiffness", "absorbed_energy"]
 
 _HYSTERETIC = {"kappa_omega", "rho", "sigma", "n"}
+_RESOLUTION = Option("number", "Resolution of the displacement", "m", least=0.0)
+_OMEGA_START = Option("number", "Normalized hysteretic variable at the start", least=-1.0, most=1.0)
 _CHUNKS = 4  # for each thread, so that all finish together
 
 
@@ -157,9 +159,22 @@ def responses(
     if paths.ndim not in (1, 2) or not paths.size:
         raise ValueError(f"`displacement` must have shape (K,) or (S, K), got shape {paths.shape}.")
     warn_outside(as_path(paths.ravel()), base.displacement_min, base.displacement_max, stacklevel=3)
-    columns, rows = _columns(sizes, {"omega_start": omega_start, **(parameters or {})}, paths)
-    _refuse_beyond(columns["omega_start"].tolist())
+    # With a first axis of length 1 where one serves all.
+    given, columns = {"omega_start": omega_start, **(parameters or {})}, dict[str, FloatArray]()
+    for name in _chosen("parameters", list(given), sizes):
+        array, shape = np.asarray(given[name], dtype=np.float64), (sizes[name],) if name in ARRAYS else ()
+        columns[name] = array[None] if array.ndim == len(shape) else array
+        if columns[name].shape[1:] != shape:
+            form = f"(S, C) or (C,) with C = {sizes[name]}" if shape else "(S,) or ()"
+            raise ValueError(f"`{name}` must have the shape {form}, got {array.shape}.")
+    counts = {"displacement": len(paths) if paths.ndim == 2 else 1, **{name: len(of) for name, of in columns.items()}}
+    several = {name: count for name, count in counts.items() if count != 1}
+    if len({*several.values()}) > 1 or 0 in several.values():
+        raise ValueError(f"All arrays must have one row for each spring or path, got {several}.")
+    rows = next(iter(several.values()), 1)
     starts = np.broadcast_to(columns.pop("omega_start"), rows)
+    for end in (np.min, np.max):
+        _OMEGA_START.checked("omega_start", float(end(starts)), ValueError)
     possible = np.resize(_possible(base, columns, computing.impossible), rows)
     springs = spring_rows(base, rows, columns)
     springs[~possible] = spring_rows(base, 1, {})
@@ -177,9 +192,10 @@ def responses(
     list(in_threads((partial(fill, slice(k, k + step)) for k in range(0, rows, step)), count))
     for array in (*values.values(), *slopes.values()):
         array[~possible] = np.nan
-    ends = zip(names, pairwise(np.cumsum([0, *(sizes[name] for name in names)])), strict=True)
-    cuts = {name: slice(low, high) if name in ARRAYS else low for name, (low, high) in ends}
-    gradients = {quantity: {name: array[:, cut] for name, cut in cuts.items()} for quantity, array in slopes.items()}
+    gradients, ends = dict[str, dict[str, FloatArray]](), np.cumsum([sizes[name] for name in names])[:-1]
+    for quantity, array in slopes.items():
+        parts = zip(names, np.split(array, ends, axis=1), strict=True)
+        gradients[quantity] = {name: part if name in ARRAYS else part[:, 0] for name, part in parts}
     return Responses(values, gradients, possible)
 
 
@@ -190,30 +206,6 @@ def _chosen(argument: str, names: Sequence[str], known: Iterable[str]) -> list[s
         if name not in known:
             raise ValueError(f"`{argument}` must be of {', '.join(known)}, got {name!r:.40}.")
     return chosen
-
-
-def _refuse_beyond(starts: Iterable[float]) -> None:
-    for start in starts:
-        if not -1.0 <= start <= 1.0:
-            raise ValueError(f"`omega_start` must be within [-1, 1], got {start!r}.")
-
-
-def _columns(
-    sizes: Mapping[str, int], given: Mapping[str, ArrayLike], paths: FloatArray
-) -> tuple[dict[str, FloatArray], int]:
-    """What is given, with a first axis of length 1 where one serves all, and the number of rows."""
-    columns, counts = {}, {"displacement": len(paths)} if paths.ndim == 2 else {}
-    for name in _chosen("parameters", list(given), sizes):
-        array, is_list = np.asarray(given[name], dtype=np.float64), name in ARRAYS
-        columns[name] = array[None] if array.ndim == is_list else array
-        if columns[name].ndim != 1 + is_list or (is_list and array.shape[-1] != sizes[name]):
-            shape = f"(S, C) or (C,) with C = {sizes[name]}" if is_list else "(S,) or ()"
-            raise ValueError(f"`{name}` must have the shape {shape}, got {array.shape}.")
-        counts[name] = len(columns[name])
-    several = {name: count for name, count in counts.items() if count != 1}
-    if len({*several.values()}) > 1 or 0 in several.values():
-        raise ValueError(f"All arrays must have one row for each spring or path, got {several}.")
-    return columns, next(iter(several.values()), 1)
 
 
 def _possible(base: SpringParameters, columns: Mapping[str, FloatArray], impossible: str) -> NDArray[np.bool_]:
@@ -289,11 +281,9 @@ class Spring:
 
     def __repr__(self) -> str:
         p = self.parameters
-        more = "" if p.is_plain else f", {len(p.mechanisms)} mechanisms, {len(p.branches)} branches"
-        return (
-            f"<Spring {self.model.name}: kappa_omega {p.kappa_omega:.4g} N, rho {p.rho:.4g} 1/m, sigma {p.sigma:.4g}, "
-            f"n {p.n:.4g}{more}, {shape_of(p)}>"
-        )
+        figures = [f"{c.key} {c.text(getattr(p, c.key))} {c.shown}".strip() for c in HYSTERETIC_PARAMETERS]
+        more = [] if p.is_plain else [f"{len(p.mechanisms)} mechanisms, {len(p.branches)} branches"]
+        return f"<Spring {self.model.name}: {', '.join([*figures, *more, shape_of(p)])}>"
 
     @classmethod
     def from_model(cls, model: ModelFile) -> Spring:
@@ -340,20 +330,16 @@ class Spring:
         ------
         ValueError    If a number is not finite or out of bounds, or the times are missing.
         """
-        resolution = number("input_resolution", input_resolution, "m")
-        if not 0.0 <= resolution < np.inf:
-            raise ValueError(f"`input_resolution` must be finite and >= 0 [m], got {resolution!r}.")
+        resolution = _RESOLUTION.checked("input_resolution", input_resolution, ValueError)
         return self._solver.force(*self._path(displacement, omega_start, time), resolution)
 
     def omega(self, displacement: ArrayLike, omega_start: OmegaStart = 0.0) -> FloatArray:
         """Normalized hysteretic variable of the first mechanism, shape (K,) [-]; arguments as for `response`."""
-        path, start, _ = self._path(displacement, omega_start, is_bounded=False)
-        return self._solver.omega(path, start)
+        return self._solver.omega(*self._path(displacement, omega_start, is_bounded=False)[:2])
 
     def stiffness(self, displacement: ArrayLike, omega_start: OmegaStart = 0.0) -> FloatArray:
         """Tangent stiffness in the direction of motion, shape (K,) [N/m], with branches that of fast motion."""
-        path, start, _ = self._path(displacement, omega_start)
-        return self._solver.stiffness(path, start)
+        return self._solver.stiffness(*self._path(displacement, omega_start)[:2])
 
     def absorbed_energy(
         self, displacement: ArrayLike, omega_start: OmegaStart = 0.0, time: ArrayLike | None = None
@@ -363,17 +349,16 @@ class Spring:
 
     def stored_energy(self, displacement: ArrayLike, time: ArrayLike | None = None) -> FloatArray:
         """The part of `absorbed_energy` that the springs of the Maxwell branches hold, shape (K,) [J]."""
-        path, _, times = self._path(displacement, 0.0, time, is_bounded=False)
-        return self._solver.stored_energy(path, times)
+        return self._solver.stored_energy(*self._path(displacement, 0.0, time, is_bounded=False)[::2])
 
     def _path(
         self, displacement: ArrayLike, omega_start: OmegaStart, time: ArrayLike | None = None, is_bounded: bool = True
     ) -> tuple[FloatArray, OmegaStart, FloatArray | None]:
         """What a solver takes; if bounded, the caller's caller is warned beyond the range."""
-        path, starts = as_path(displacement), numbers("omega_start", omega_start)
+        path, given = as_path(displacement), numbers("omega_start", omega_start)
+        starts = [_OMEGA_START.checked("omega_start", start, ValueError) for start in given]
         if len(starts) not in (1, 2):
             raise ValueError(f"`omega_start` must be one number or two, got {len(starts)}.")
-        _refuse_beyond(starts)
         times = None if time is None else as_times(time, path.size)
         if is_bounded:
             warn_outside(path, self.parameters.displacement_min, self.parameters.displacement_max, stacklevel=3)

@@ -133,6 +133,6 @@ def identify_many(sources: tuple[str, ...], output: str, placing: Workers, **opt
             f'{COLUMNAR_TABLE} needs pyarrow and was not written; install it with pip install "strandspring[formats]".'
         )
     out.present(many, table=("Table", many.batch.table))
-    if not many.is_complete:
+    if many.problem:
         click.echo(f"strandspring: {many.problem}", err=True)
         sys.exit(1)

@@ -22,7 +22,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import strandspring as ss
-from strandspring.api.common.table import table_lines
+from strandspring.api.common.result import table_lines
 from strandspring.campaigns.jobs.threads import usable_cores
 from strandspring.ground.files import refuse_unwritable, write_text
 from strandspring.ground.one_thread import one_thread

@@ -99,16 +99,11 @@ class Option:
             return value
         plain: Any = value
         values: tuple[Any, ...] = (value,)
-        if self.kind == "choice":
-            pass
-        elif self.kind == "whole":
-            plain = arguments.whole(name, value)
-            values = (plain,)
-        elif self.kind == "number":
-            plain = arguments.number(name, value, self.unit)
-            values = (plain,)
-        else:
+        if self.kind == "numbers":
             plain = values = arguments.numbers(name, value, self.unit)
+        elif self.kind != "choice":
+            plain = arguments.whole(name, value) if self.kind == "whole" else arguments.number(name, value, self.unit)
+            values = (plain,)
         if not values or not all(map(self.allows, values)):
             every = f"Every level of {name.replace('_', ' ')}" if self.kind == "numbers" else f"`{name}`"
             raise error(f"{every} must be {self.must_be()}, got {value!r}.")
@@ -166,13 +161,15 @@ def options_of(kind: Any) -> dict[str, Option]:
 
 
 def described(kind: Class) -> Class:
-    """Give a dataclass a docstring with its fields as Parameters, before what it raises."""
+    """Give a dataclass a docstring with its fields as Parameters, before what it raises; that is usual if not said."""
     summary, raises, rest = inspect.cleandoc(kind.__doc__ or "").partition("\n\nRaises\n")
     lines = [summary, "", "Parameters", "----------"]
     for each in fields(kind):
         lines.append(f"{each.name} : {each.type}")
         if said := each.metadata.get(_KEY):
             lines += wrap(_sentence(said), _WIDTH, initial_indent="    ", subsequent_indent="    ")
+    if not raises and hasattr(kind, "__post_init__"):
+        rest = "\n\nRaises\n------\nValueError   If a value is out of bounds.\nTypeError    If it is of another kind."
     kind.__doc__ = "\n".join(lines) + raises + rest
     return kind
 

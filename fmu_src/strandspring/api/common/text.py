@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import PurePath
@@ -13,7 +13,7 @@ from ...ground.result_columns import ResultColumn, values
 from ...loops.loop import LOOP_FIGURES, Loop
 from ...model.joint import HYSTERETIC_PARAMETERS, further_columns
 from ...model.stated_figures import Figures, differ, energy_ratio
-from .table import Table
+from .result import Table
 
 if TYPE_CHECKING:
     from ...identification.figures import RecordFit
@@ -80,54 +80,40 @@ def _names_of_paths(paths: Sequence[str]) -> dict[str, str]:
 def fit_table(overall: Figures, fits: Sequence[RecordFit], fitted: Sequence[RecordFit] = ()) -> Table:
     """How well the spring alone follows each record, and all if there are several; the fit where it differs."""
     names = _names_of_paths([fit.path for fit in fits])
-    rows = []
+    rows: list[dict[str, Any]] = []
     for fit, other in zip(fits, fitted or fits, strict=True):
-        row = {"record": names[fit.path], **_fit_figures(fit.figures), "samples": fit.samples, "compared": fit.compared}
-        rows.append(row | (_fit_figures(other.figures, "fitted_") if differ(fit.figures, other.figures) else {}))
+        rows.append({"record": names[fit.path], **fit.figures, "samples": fit.samples, "compared": fit.compared})
+        if differ(fit.figures, other.figures):
+            rows[-1] |= {"fitted_rnl": other.rnl, "fitted_energy": energy_ratio(other.figures)}
     if len(fits) > 1:
-        rows.append({"record": "all records", **_fit_figures(overall)})
-    return Table(_FITS, rows, details=("samples", "compared"))
-
-
-def _fit_figures(figures: Figures, of: str = "") -> dict[str, Any]:
-    known = {"rmse": figures.get("rmse"), "rnl": figures.get("rnl"), "energy": energy_ratio(figures)}
-    return {f"{of}{name}": value for name, value in known.items()}
+        rows.append({"record": "all records", **overall})
+    return Table(_FITS, [{**row, "energy": energy_ratio(row)} for row in rows], details=("samples", "compared"))
 
 
 def parameter_table(
     p: SpringParameters, uncertainty: Mapping[str, Any], brief: bool = False, in_files: bool = False
 ) -> Table:
     """The parameters with what is known of them, in text without an FE as a table; if brief without FE and FA."""
-    arrays = () if brief else (*(ARRAYS if in_files else ("kE", "kA")), "second.kA")
-    errors = {f"{of}[{k}]": error for of in ARRAYS for k, error in enumerate(uncertainty.get(of) or ())}
+    errors, intervals = {**uncertainty}, {**(uncertainty.get("interval_95") or {})}
+    for name, of in (uncertainty.get("further") or {}).items():
+        errors[name], intervals[name] = of.get("standard_error"), of.get("interval_95")
+    columns = (*HYSTERETIC_PARAMETERS, *further_columns(p))
+    figures = [(column.key, column.unit, getattr(*part_with(p, column.key))) for column in columns]
+    for array in () if brief else (*(ARRAYS if in_files else ("kE", "kA")), "second.kA"):
+        part, name = part_with(p, array)
+        figures += [(f"{array}[{k}]", _UNITS[name].format(k), value) for k, value in enumerate(getattr(part, name, ()))]
+        errors |= {f"{array}[{k}]": error for k, error in enumerate(uncertainty.get(array) or ())}
     rows = []
-    for name, unit, value in _values(p, arrays):
-        error, ends = _known(name, {**uncertainty, **errors})
-        interval: Any = bounds_95(name, uncertainty)
-        if interval is not None and None in interval:
-            least, most = interval
-            interval = f"> {least:.2g}" if least else f"< {most:.2g}" if most else "not bounded"
-        cells = (name, unit, value, error, *(ends or (None, None)), interval)
+    for name, unit, value in figures:
+        low, high = ends = intervals.get(name) or (None, None)
+        # An end where no spring has less is none.
+        is_least = name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * _AT_BOUND
+        interval: Any = (low, high) if intervals.get(name) else None
+        if interval and (is_least or None in ends):
+            interval = f"> {low:.2g}" if low and not is_least else f"< {high:.2g}" if high else "not bounded"
+        cells = (name, unit, value, errors.get(name), *ends, interval)
         rows.append(dict(zip((column.key for column in _PARAMETERS), cells, strict=True)))
     return Table(_PARAMETERS, rows)
-
-
-def _values(p: SpringParameters, arrays: Sequence[str]) -> Iterator[tuple[str, str, float]]:
-    """Name, unit and value of the parameters, and of the coefficients in some arrays."""
-    for column in (*HYSTERETIC_PARAMETERS, *further_columns(p)):
-        part, name = part_with(p, column.key)
-        yield column.key, column.unit, getattr(part, name)
-    for array in arrays:
-        part, name = part_with(p, array)
-        for k, value in enumerate(getattr(part, name, ())):
-            yield f"{array}[{k}]", _UNITS[name].format(k), value
-
-
-def _known(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, Sequence[float | None] | None]:
-    """The standard error and the ends of the 95 % interval of a parameter; None if unknown."""
-    if of := (uncertainty.get("further") or {}).get(name):
-        return of.get("standard_error"), of.get("interval_95")
-    return uncertainty.get(name), (uncertainty.get("interval_95") or {}).get(name)
 
 
 def part_with(p: SpringParameters, key: str) -> tuple[Any, str]:
@@ -161,13 +147,3 @@ def loop_table(measured: Sequence[MeasuredLoop], modelled: Sequence[Loop] = (), 
         if loop.predicted is not None:
             rows.append({"source": model, **of(loop.predicted), "from": loop.path})
     return Table(LOOPS, rows, details=_OF_SOME_LOOPS)
-
-
-def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, float | None] | None:
-    """Ends of a parameter's 95 % interval, None where it is open or ends where no spring has less; None if unknown."""
-    _, ends = _known(name, uncertainty)
-    if ends is None:
-        return None
-    low, high = ends
-    is_least = name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * _AT_BOUND
-    return None if is_least else low, high

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from ...errors import BuildError, Reader
 from ...findings import CAUTIONS, gathered, of_severity
@@ -38,8 +38,7 @@ from ..common.model_source import (
     path_of,
     unseen,
 )
-from ..common.result import Result, picked
-from ..common.table import Table
+from ..common.result import Result, Table, picked
 from .options import BuildOptions
 
 if TYPE_CHECKING:
@@ -78,8 +77,6 @@ class Built(Result):
     options: BuildOptions
     fmus: Mapping[str, CheckReport]
     identification: Any = None
-
-    _stated: ClassVar[Mapping[str, Any]] = {}
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
         """What was identified, what the FMUs are of, and each with its check."""
@@ -323,8 +320,6 @@ class Verification(Result):
 
     path: str
     checks: tuple[Check, ...]
-
-    _stated: ClassVar[Mapping[str, Any]] = {}
 
     @property
     def problems(self) -> tuple[Check, ...]:

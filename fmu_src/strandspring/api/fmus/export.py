@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from ...errors import OptionError, StrandspringError
 from ...exchange.c_sources import constant_bytes, law_path, write_c_sources
@@ -41,8 +41,6 @@ class Exports(Result):
     output: Path
     files: Mapping[str, Path | None]
     ssp_mass: float | None
-
-    _stated: ClassVar[Mapping[str, Any]] = {}
 
     @classmethod
     def planned(

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from ...core.variables import Variable
 from ...errors import MountedSystemError
@@ -22,8 +22,7 @@ from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import rest
 from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
-from ..common.result import Result
-from ..common.table import Table
+from ..common.result import Result, Table
 from ..common.text import counted
 from ..vibration.candidates import MODES, RestingSystem, rest_tables
 
@@ -142,8 +141,6 @@ class SystemInformation(Result):
     settings: SystemSettings
     at_rest: RestingSystem
     variables: tuple[Variable, ...]
-
-    _stated: ClassVar[Mapping[str, Any]] = {}
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - it is short
         """The FMU, static equilibrium and modes."""

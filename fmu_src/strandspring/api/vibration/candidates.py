@@ -25,8 +25,7 @@ from ...vibration.description.table_types import read_direction
 from ...vibration.one_mass.band import DEFAULT_BAND
 from ...vibration.one_mass.options import Curve, Excitation, Levels
 from ...vibration.verdicts.cautions import catalogue_cautions
-from ..common.result import picked, records
-from ..common.table import Table
+from ..common.result import Table, picked, records
 
 CANDIDATE = ResultColumn("candidate", "", "candidate", "candidate")
 _PHASE = ResultColumn("phase", "deg", "phase")

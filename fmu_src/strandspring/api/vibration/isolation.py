@@ -44,8 +44,7 @@ from ..common.model_source import (
     path_of,
     unseen,
 )
-from ..common.result import PlottedResult, picked
-from ..common.table import Table
+from ..common.result import PlottedResult, Table, picked
 
 if TYPE_CHECKING:
     import pandas as pd

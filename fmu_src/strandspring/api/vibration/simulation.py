@@ -38,8 +38,7 @@ from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import Unknowns
 from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from ..common.model_source import Progress, unseen
-from ..common.result import PlottedResult, picked, records
-from ..common.table import Table
+from ..common.result import PlottedResult, Table, picked, records
 from ..common.text import counted
 from .candidates import RestingSystem, rest_tables
 
