@@ -21,9 +21,9 @@ from .output import drop_failing_output, result_json
 
 # Each command is defined in a module, which is imported only to run it or to show its help; that begins with this.
 COMMANDS = {
-    "show": ("records", "Show loops, strokes and cycles of records before they are identified."),
-    "identify": ("records", "Identify a spring from force-displacement records."),
-    "identify-many": ("records", "Identify many springs, each from a file of its own, into one table."),
+    "show": ("springs", "Show loops, strokes and cycles of records before they are identified."),
+    "identify": ("springs", "Identify a spring from force-displacement records."),
+    "identify-many": ("springs", "Identify many springs, each from a file of its own, into one table."),
     "plan": ("springs", "Plan the test that decides what is still open about a spring."),
     "predict": ("springs", "Predict the force of records with a model and report the errors."),
     "info": ("springs", "Show a model's parameters and loop figures, beside those of records."),

@@ -13,6 +13,7 @@ import strandspring
 from ..campaigns.jobs.options import Workers
 from ..ground.files import refuse_unwritable
 from ..ground.options import Option
+from ..report import check_report_path
 from ..vibration.one_mass.options import Curve, Levels, Mount
 from ..vibration.options import Part, Run, StudyRun
 from . import options as opt
@@ -23,7 +24,7 @@ _FACTORS = Option(
     otherwise="1", metavar="FACTOR",
 )  # fmt: skip
 _report_option: opt.Decorator = opt.written(
-    "FILE.html", "Of a system: write a report.", "Report", "report", "report", "--report", read=opt.report_path
+    "FILE.html", "Of a system: write a report.", "Report", "report", "report", "--report", read=check_report_path
 )
 
 
