@@ -14,7 +14,6 @@ import strandspring
 
 from ..api.fmus.options import BuildOptions
 from ..api.options import Fitting
-from ..errors import flag_of
 from ..ground.files import readable, refuse_unwritable
 from ..ground.options import refuse_given
 from ..loops.reading import Reading
@@ -25,24 +24,8 @@ from . import output as out
 if TYPE_CHECKING:
     from ..records.record import Record
 
-_IDENTIFY_FIRST = "identify the records first, then build MODEL.json"
 
-
-class _Build(opt.OptionsCommand):
-    """The command, to which options of `identify` are wrong usage with advice."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """The arguments."""
-        try:
-            return super().parse_args(ctx, args)
-        except click.NoSuchOption as problem:
-            if problem.option_name not in {flag_of(name) for name, _ in opt.options_of_object(Fitting())}:
-                raise
-            advice = f"{problem.option_name} is an option of `identify`; {_IDENTIFY_FIRST}."
-            raise click.UsageError(advice, ctx) from None
-
-
-@opt.command(cls=_Build, sources="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
+@opt.command(sources="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
 @opt.takes_options(building=BuildOptions)
 @opt.given("--candidate", metavar="NAME", group="FMU", help="Of a SYSTEM.toml: the candidate, if it has several.")
 @opt.zero_option
@@ -88,8 +71,11 @@ def build(
         from ..api.common.given import bundled_record  # slow to import
         from .springs import identified
 
-        sentence = "{option} does not apply to records, which are read and identified as `identify` does by default; "
-        refuse_given(sentence + f"{_IDENTIFY_FIRST}.", "", candidate=candidate, record=record, **reading.given)
+        sentence = (
+            "{option} does not apply to records, which are read and identified as `identify` does by default; identify "
+            "them first, then build MODEL.json."
+        )
+        refuse_given(sentence, "", candidate=candidate, record=record, **reading.given)
         for folder in (output, models):
             refuse_unwritable(Path(folder), is_folder=True)
         if not sources:
@@ -128,7 +114,7 @@ def verify(fmus: tuple[str, ...]) -> None:
     """
     verifications = []
     for fmu in fmus:
-        with out.working(f"Verifying {fmu}"):
+        with out.reporting(f"Verifying {fmu}"):
             verifications.append(strandspring.verify(fmu))
     if out.is_asked("json"):
         out.result_json({"fmus": [verification.as_json() for verification in verifications]})

@@ -54,7 +54,19 @@ class GroupedOption(click.Option):
 
 
 class OptionsCommand(click.Command):
-    """A command whose help shows its options in groups."""
+    """A command whose help shows its options in groups; options of `identify` that it lacks are refused with advice."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """The arguments."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as problem:
+            from ..api.options import Fitting
+
+            if problem.option_name not in {flag_of(name) for name, _ in options_of_object(Fitting())}:
+                raise
+            advice = "is an option of `identify`; identify the records first, then give MODEL.json."
+            raise click.UsageError(f"{problem.option_name} {advice}", ctx) from None
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The options, one group after the other."""
@@ -117,10 +129,7 @@ def output_path(endings: Sequence[str], path: str) -> str:
     return path if os.path.exists(path) or not Path(path).name else f"{path}{ending}"  # noqa: PTH110 - of a long name
 
 
-def command(
-    group: Any = click, cls: type[OptionsCommand] = OptionsCommand, flags: Sequence[str] = ("verbose", "json"),
-    **arguments: str,
-) -> Decorator:  # fmt: skip
+def command(group: Any = click, flags: Sequence[str] = ("verbose", "json"), **arguments: str) -> Decorator:
     """A command with arguments by their metavars: in brackets if they are optional, with dots for any number.
 
     Of a command that prints less than all that it knows the flags are --verbose and --json. Files that its options name
@@ -137,7 +146,8 @@ def command(
                 of_records = any(getattr(param, "group", "") == Reading.group for param in params)
                 refuse_overwriting(record_files(paths) if of_records else paths)
             for argument, (default, names) in getattr(function, _OBJECTS, {}).items():
-                chosen = {name: value for name in names if _is_given(value := values.pop(name))}
+                taken = ((name, values.pop(name)) for name in names)
+                chosen = {name: one for name, one in taken if one not in (None, ()) and one is not False}
                 try:
                     values[argument] = getattr(default, "with_options", partial(replace, default))(**chosen)
                 except (TypeError, ValueError) as problem:
@@ -149,7 +159,7 @@ def command(
 
         _, summary = COMMANDS.get(function.__name__.replace("_", "-"), ("", ""))
         run.__doc__ = f"{summary}\n\n{inspect.cleandoc(function.__doc__)}".strip()
-        made = group.command(cls=cls)(run)
+        made = group.command(cls=OptionsCommand)(run)
         for name, metavar in arguments.items():
             count, is_required = -1 if "..." in metavar else 1, metavar[0] != "["
             made.params.append(click.Argument([name], nargs=count, required=is_required, metavar=metavar, type=PATH))
@@ -240,11 +250,6 @@ def options_of_object(default: Any) -> Iterator[tuple[str, Decorator]]:
         said, usual = options_of(parts[owner])[name], getattr(parts[owner], name)
         is_shared = all(name in options_of(part) for part in parts.values())
         yield name, option_of(name, said, usual, default.group, "" if is_shared else owner)
-
-
-def _is_given(value: Any) -> bool:
-    """Whether an option is on the command line; 0 is a value."""
-    return value is not None and value is not False and value != ()
 
 
 def amplitudes_option(text: str, otherwise: str) -> Decorator:

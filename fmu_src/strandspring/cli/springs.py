@@ -58,7 +58,7 @@ def show(records: tuple[str, ...], output: str | None, reading: Reading) -> None
 
     group = opt.read_records(records, reading)
     page = user_cache() / "record.html" if output is None else Path(output)
-    with out.working("Drawing the page"):
+    with out.reporting("Drawing the page"):
         strandspring.show(group, page)
     out.present(Overview(group), page=("Page", page))
     if output is None:
@@ -102,7 +102,7 @@ def identify(
     name = name or identifier(Path(output).stem)
     identification.spring(name, description).save(output)
     if report is not None:
-        with out.working("Drawing the report"):
+        with out.reporting("Drawing the report"):
             identification.report(report, name, details, description)
     if figure is not None:
         write_figure(figure, identification)
@@ -114,7 +114,7 @@ def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> 
     from ..identification.method import heard_by
 
     group = opt.read_records(records, reading)
-    with out.reporting(is_counted=False) as show, heard_by(lambda stage: show(f"Identifying: {stage.words}")):
+    with out.reporting("Identifying") as show, heard_by(lambda stage: show(f"Identifying: {stage.words}")):
         return strandspring.identify(group, fitting=fitting)
 
 
@@ -137,7 +137,7 @@ def identify_many(sources: tuple[str, ...], output: str, placing: Workers, **opt
     """
     from ..campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
 
-    with out.reporting("files", Path(output) / JOURNAL) as progress:
+    with out.reporting(noun="files", journal=Path(output) / JOURNAL) as progress:
         many = strandspring.identify_many(
             sources, output, placing=placing.notifying(out.note), progress=progress, **options
         )
@@ -175,7 +175,7 @@ def info(model: str, records: tuple[str, ...], save: str | None, reading: Readin
     if save is not None:
         save_model(save, load_model(model))
     group = opt.read_records(records, reading, [model])
-    with out.working("Measuring loops"):
+    with out.reporting("Measuring loops"):
         information: Any = strandspring.info(model, *group, **options)
     out.present(information, {"system" if describes_system(model) else "model": model})
 
@@ -194,7 +194,7 @@ def predict(model: str, records: tuple[str, ...], reading: Reading) -> None:
       strandspring predict spring.json a13.csv a46.csv -o predicted.csv --json
     """
     group = opt.read_records(records, reading, [model])
-    with out.working("Predicting"):
+    with out.reporting("Predicting"):
         prediction = strandspring.predict(model, group)
     out.present(prediction, {"model": model})
 
@@ -213,7 +213,7 @@ def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, read
       strandspring compare lot1.json lot2.json loop.csv --mass 5 --plot lots.png
     """
     group = opt.read_records(records, reading, [a, b])
-    with out.working("Comparing"):
+    with out.reporting("Comparing"):
         comparison = strandspring.compare(a, b, group, comparing=comparing)
     out.present(comparison)
 
@@ -242,7 +242,7 @@ def plan(sources: tuple[str, ...], stiffness: float | None, limits: Limits, read
     else:
         source = identified(sources, reading, Fitting())
         out.remark(source.sentences)
-    with out.working("Planning"):
+    with out.reporting("Planning"):
         test = strandspring.plan(source, stiffness=stiffness, limits=limits)
     out.present(test)
 

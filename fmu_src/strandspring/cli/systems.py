@@ -160,7 +160,7 @@ def study(model: str, output: str, stiffness: tuple[float, ...] | None, placing:
     if not is_of_system:
         refuse_given(OF_SYSTEMS, model, plot=is_asked("plot"))
     refuse_overwriting([model], {"--output's journal": journal})
-    with reporting("runs", journal) as progress:
+    with reporting(noun="runs", journal=journal) as progress:
         studied: Any = strandspring.study(
             model, stiffness=stiffness or 1.0, placing=placing.notifying(note), output=output, progress=progress,
             **options,

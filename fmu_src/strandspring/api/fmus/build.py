@@ -267,27 +267,27 @@ def build_fmu(
             f'`backend` must be "native" or "python", and "native" with `states`, got {building.backend!r}.'
         )
     source: Any = model
+    records: Sequence[Record] = ()
     path = path_of(model)
     is_file = path is not None and (is_model_path(path) or describes_system(path))
-    is_identified_already = is_file or isinstance(getattr(model, "model", model), ModelFile)
-    records: Sequence[Record] = ()
-    if record is not None or not is_identified_already:
+    if is_file or isinstance(getattr(model, "model", model), ModelFile):
+        if record is not None:
+            from ..common.given import as_records  # slow to import
+
+            records = as_records(record)
+    elif record is not None:
+        raise BuildError("`record` is for a model; an FMU of records is checked along these, so leave it out.")
+    else:
         # Slow to import.
         from ...identification.identified import IdentifiedModel
         from ...identification.identify import identify_records
         from ..common.given import as_records
 
-        if is_identified_already:
-            records = as_records(record)
-        elif record is not None:
-            raise BuildError("`record` is for a model; an FMU of records is checked along these, so leave it out.")
-        else:
-            identification: Any = model
-            if not isinstance(model, IdentifiedModel):
-                identification = identify_records(as_records(model))
-                for sentence in gathered(of_severity(identification.findings, CAUTIONS), Reader.PYTHON):
-                    warnings.warn(sentence, stacklevel=3)
-            source, records = identification.model_file(identification.record_name), identification.records
+        if not isinstance(model, IdentifiedModel):
+            source = identify_records(as_records(model))
+            for sentence in gathered(of_severity(source.findings, CAUTIONS), Reader.PYTHON):
+                warnings.warn(sentence, stacklevel=3)
+        source, records = source.model_file(source.record_name), source.records
     built = build_all(
         source, Path(folder), building, progress,
         zero=zero, candidate=candidate, name=name, records=records, only_last=True,

@@ -162,8 +162,6 @@ def _file(output: Path, name: str) -> Path:
     with refused_in_words(output):
         if output.is_dir() or not (output.suffix or output.exists()):
             return output / name
-    if not output.suffix:
-        refuse_unwritable(output, is_folder=True)
     if output.suffix != suffix:
         sentence = f"{{to[output]}} must be a folder, or a file name ending in {suffix}, got {{where}}."
         raise OptionError(sentence, where=output)

@@ -56,13 +56,11 @@ def build_system(
         file = load_system_file(path)
         for model in file.models.values():
             certified(model)
-        names = [name for name, _ in file.candidates]
-        if candidate not in (names if len(names) > 1 else (None, *names)):
-            got = "" if candidate is None else f", got {candidate!r:.60}"
-            of = f"an FMU is of one candidate; choose `candidate` among {', '.join(names)}"
-            raise MountedSystemError(f"{file.path}: {of}{got}.")
-        name = candidate or names[0]
-        system = dict(file.candidates)[name]
+        chosen = file.chosen_candidates(candidate)
+        if len(chosen) > 1:
+            names = ", ".join(name for name, _ in chosen)
+            raise MountedSystemError(f"{file.path}: an FMU is of one candidate; choose `candidate` among {names}.")
+        name, system = chosen[0]
         rest(system)  # or the reason why there is none
         stable = SmallMotion.about_nominal(system).stable_step(tilted=True)
         step = min(float(f"{_OF_STABLE * stable:.1e}"), file.options.step or stable)
