@@ -48,10 +48,6 @@ class GroupedOption(click.Option):
         super().__init__(*arguments, **more)
         self.group, self.is_rare, self.file = group, is_rare, file
 
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """What the help shows; nothing of a rare option unless all are asked for."""
-        return None if self.is_rare and not ctx.meta.get(SHOWS_ALL) else super().get_help_record(ctx)
-
 
 class OptionsCommand(click.Command):
     """A command whose help shows its options in groups; options of `identify` that it lacks are refused with advice."""
@@ -69,10 +65,11 @@ class OptionsCommand(click.Command):
             raise click.UsageError(f"{problem.option_name} {advice}", ctx) from None
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The options, one group after the other."""
+        """The options, one group after the other; rare ones only if all are asked for."""
         groups: dict[str, list[tuple[str, str]]] = {}
         for param in self.get_params(ctx):
-            if isinstance(param, click.Option) and (record := param.get_help_record(ctx)) is not None:
+            is_shown = ctx.meta.get(SHOWS_ALL) or not getattr(param, "is_rare", False)
+            if isinstance(param, click.Option) and is_shown and (record := param.get_help_record(ctx)) is not None:
                 groups.setdefault(getattr(param, "group", _OUTPUT), []).append(record)
         groups[_OUTPUT] = groups.pop(_OUTPUT)  # comes last
         for name, records in groups.items():
@@ -252,10 +249,13 @@ def options_of_object(default: Any) -> Iterator[tuple[str, Decorator]]:
         yield name, option_of(name, said, usual, default.group, "" if is_shared else owner)
 
 
-def amplitudes_option(text: str, otherwise: str) -> Decorator:
-    """Amplitudes of loops [m]."""
-    said = Option("numbers", text, "m", "mm", 1e-3, least=0.0, is_open=True, otherwise=otherwise, metavar="MM")
-    return option_of("amplitudes", said, group="Loop")
+def amplitude_option(text: str, otherwise: str, group: str = "Loop", several: bool = False) -> Decorator:
+    """An amplitude of loops [m], or several."""
+    said = Option(
+        "numbers" if several else "number", text, "m", "mm", 1e-3, least=0.0, is_open=True, otherwise=otherwise,
+        metavar="MM",
+    )  # fmt: skip
+    return option_of("amplitudes" if several else "amplitude", said, group=group)
 
 
 def mass_option(text: str, group: str = "Mount", several: bool = False) -> Decorator:

@@ -28,17 +28,10 @@ if TYPE_CHECKING:
     from ..records.record import Record
 
 _FINDINGS = 3  # that are printed, the most harmful ones
-_AMPLITUDE = Option(
-    "number", "Amplitude at which stiffness, energy and loss factor are compared", "m", "mm", 1e-3, least=1e-9,
-    most=1e3, otherwise="the largest that all springs have in common", metavar="MM",
-)  # fmt: skip
 _STIFFNESS = Option(
     "number", "Instead of a model or a record: the rough stiffness, with --stroke", "N/m", "N/mm", 1e3, least=0.0,
     is_open=True, metavar="N/MM",
 )  # fmt: skip
-_NI_AMPLITUDE = Option(
-    "number", "X of x = X sin(t)", "m", "mm", 1e-3, least=0.0, most=0.1, is_open=True, otherwise="5", metavar="MM"
-)
 
 
 @opt.command(records="RECORD...")
@@ -120,7 +113,8 @@ def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> 
 
 @opt.command(sources="FILE|FOLDER...")
 @opt.takes_options(reading=Reading, fitting=Fitting, placing=Workers(None))
-@opt.option_of("amplitude", _AMPLITUDE)
+@opt.amplitude_option("Amplitude at which stiffness, energy and loss factor are compared",
+                      "the largest that all springs have in common", "Output")  # fmt: skip
 @opt.given("-o", "--output", required=True, metavar="FOLDER", help="Write models and tables into this folder.")
 def identify_many(sources: tuple[str, ...], output: str, placing: Workers, **options: Any) -> None:
     """Of a folder, the files in it that are named like records (.csv, .txt, .xlsx, ...) are taken, not those in folders
@@ -152,7 +146,8 @@ def identify_many(sources: tuple[str, ...], output: str, placing: Workers, **opt
 
 
 @opt.command(model="MODEL.json|X.fmu", records="[RECORD...]")
-@opt.amplitudes_option("Amplitude of a loop about the offset", "those of the records, or quarters of the range")
+@opt.amplitude_option("Amplitude of a loop about the offset", "those of the records, or quarters of the range",
+                      several=True)  # fmt: skip
 @opt.zero_option
 @opt.takes_options(reading=Reading)
 @opt.written("MODEL.json", "Write the model file, as out of an FMU.", "Model file", "saved", flags="--save")
@@ -253,7 +248,7 @@ def synthesize() -> None:
 
 
 @opt.command(synthesize, flags=(), model="MODEL.json")
-@opt.amplitudes_option("Amplitude of the sine", "the identified range")
+@opt.amplitude_option("Amplitude of the sine", "the identified range", several=True)
 @opt.takes_options(sampling=Sampling)
 @opt.written("RECORD.csv", "Record to write.", "Record", is_required=True)
 def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampling: Sampling) -> None:
@@ -271,7 +266,7 @@ def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampli
 
 
 @opt.command(synthesize, flags=())
-@opt.option_of("amplitude", _NI_AMPLITUDE, group="Loop")
+@opt.amplitude_option("X of x = X sin(t)", "5")
 @opt.takes_options(sampling=Sampling)
 @opt.written("RECORD.csv", "Record to write.", "Record", is_required=True)
 @opt.written("FILE.csv", "Also write the record without noise.", "Without noise", "clean", flags="--clean")

@@ -29,18 +29,8 @@ from ...model.modelfile import ModelFile, is_model_path
 from ...model.names import check_name
 from ...model.stated_cautions import stated_cautions
 from ...model.stated_figures import NAMES
-from ..common.model_source import (
-    OF_MODELS,
-    OF_SYSTEMS,
-    ModelSource,
-    Progress,
-    built_with,
-    describes_system,
-    model_of,
-    origin_of,
-    path_of,
-    unseen,
-)
+from ..common import model_source as sources
+from ..common.model_source import ModelSource, Progress, unseen
 from ..common.result import Result, picked
 from ..common.table import Table
 from .options import BuildOptions
@@ -102,10 +92,12 @@ class Built(Result):
 
     def content(self) -> dict[str, Any]:
         """The same for JSON."""
-        fmus, found = [], self.identification
-        for kind, report in self.fmus.items():
-            fmu = {"path": report.path, "backend": "native" if kind == "system" else kind, "fmi": self.fmi}
-            fmus.append({**fmu, "binaries": binary_sizes(report.path), "check": report.summary})
+        found = self.identification
+        fmus = [
+            {"path": report.path, "backend": "native" if kind == "system" else kind, "fmi": self.fmi}
+            | {"binaries": binary_sizes(report.path), "check": report.summary}
+            for kind, report in self.fmus.items()
+        ]
         figures = {} if found is None else {**found.figures, "fitted": found.fitted_figures}
         return {**self.of, **figures, "fmus": fmus}
 
@@ -138,23 +130,23 @@ def build_all(
     Of several kinds all are built, or the last one only. Before that, `claim` refuses paths that must not be written.
     """
     refuse_unwritable(folder, is_folder=True)
-    path = path_of(source)
-    if path is not None and describes_system(path):
-        of_systems = ("fmi", "platforms", "author")
-        of_models = {option: value for option, value in changed(options).items() if option not in of_systems}
-        refuse_given(f"{OF_MODELS}; leave it out.", path, **of_models, zero=zero, name=name, record=tuple(records))
+    path = sources.path_of(source)
+    if path is not None and sources.describes_system(path):
+        given = changed(options) | {"zero": zero, "name": name, "record": tuple(records)}
+        of_models = {option: value for option, value in given.items() if option not in ("fmi", "platforms", "author")}
+        refuse_given(f"{sources.OF_MODELS}; leave it out.", path, **of_models)
         from .system_fmu import build_system  # slow to import
 
         place = partial(_build_in_place, progress=progress)
         return Built(*build_system(path, folder, options, candidate, claim, place))
-    refuse_given(OF_SYSTEMS, path or "a spring", candidate=candidate)
-    options, model = options.with_those_of(built_with(path)), model_of(source)
+    refuse_given(sources.OF_SYSTEMS, path or "a spring", candidate=candidate)
+    options, model = options.with_those_of(sources.built_with(path)), sources.model_of(source)
     model = model if name is None else replace(model, name=name)
     kinds = options.kinds()[-1:] if only_last else options.kinds()
     targets = {kind: fmu_path(folder, model.name, kind, options.version) for kind in kinds}
     for target in targets.values():
         claim(target)
-    origin, certificate, checks = origin_of(source, zero, model.parameters), certified(model), {}
+    origin, certificate, checks = sources.origin_of(source, zero, model.parameters), certified(model), {}
     for kind, target in targets.items():
         build: Callable[[Path], Path] = partial(
             build_native_fmu, model, platforms=options.chosen_platforms, zero=origin, with_states=kind == "states",
@@ -268,8 +260,8 @@ def build_fmu(
         )
     source: Any = model
     records: Sequence[Record] = ()
-    path = path_of(model)
-    is_file = path is not None and (is_model_path(path) or describes_system(path))
+    path = sources.path_of(model)
+    is_file = path is not None and (is_model_path(path) or sources.describes_system(path))
     if is_file or isinstance(getattr(model, "model", model), ModelFile):
         if record is not None:
             from ..common.given import as_records  # slow to import
