@@ -12,7 +12,7 @@ import strandspring
 
 from ..campaigns.jobs.options import Workers
 from ..ground.files import refuse_unwritable
-from ..ground.options import Option
+from ..ground.options import Option, refuse_given
 from ..report import check_report_path
 from ..vibration.one_mass.options import Curve, Levels, Mount
 from ..vibration.options import Part, Run, StudyRun
@@ -56,7 +56,6 @@ def isolate(models: tuple[str, ...], verify: bool, candidates: tuple[str, ...], 
       strandspring isolate box.toml --direction z --base-displacement 0.5
     """
     from ..api.common.model_source import OF_MODELS, OF_SYSTEMS, is_system
-    from ..ground.options import refuse_given
 
     is_of_system = is_system(models[0])
     others = {"verify": verify} if is_of_system else {"report": is_asked("report")}
@@ -154,7 +153,6 @@ def study(model: str, output: str, stiffness: tuple[float, ...] | None, placing:
     """
     from ..api.common.model_source import OF_SYSTEMS, is_system
     from ..campaigns.studies.journal import journal_path
-    from ..ground.options import refuse_given
 
     journal, is_of_system = journal_path(Path(output)), is_system(model)
     if not is_of_system:
