@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import webbrowser
-from collections.abc import Iterator
 from pathlib import Path
 from textwrap import fill
 
@@ -51,15 +50,11 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
 
 def reference() -> Reference:
     """The help of all commands with their rarest options, and all public names."""
-    context = click.get_current_context().find_root()
-    context.meta[SHOWS_ALL] = True
-    public = [name for name in vars(strandspring)["__all__"] if not name.startswith("_")]
-    return Reference(dict(_helps(context.command, context, [])), public)
-
-
-def _helps(command: click.Command, context: click.Context, names: list[str]) -> Iterator[tuple[str, str]]:
-    yield " ".join(names) or "strandspring", command.get_help(context)
-    if isinstance(command, click.Group):
-        for name in command.list_commands(context):
-            if (below := command.get_command(context, name)) is not None:
-                yield from _helps(below, click.Context(below, context, name), [*names, name])
+    contexts = [click.get_current_context().find_root()]
+    contexts[0].meta[SHOWS_ALL] = True
+    for context in contexts:  # to which those of the commands below are added
+        if isinstance(group := context.command, click.Group):
+            below = {name: group.get_command(context, name) for name in group.list_commands(context)}
+            contexts += [click.Context(command, context, name) for name, command in below.items() if command]
+    helps = {context.command_path.partition(" ")[2] or "strandspring": context.get_help() for context in contexts}
+    return Reference(helps, [name for name in vars(strandspring)["__all__"] if not name.startswith("_")])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +14,8 @@ import strandspring
 
 from ..api.fmus.options import BuildOptions
 from ..api.options import Fitting
-from ..errors import flag_of
 from ..ground.files import readable, refuse_unwritable
+from ..ground.options import refuse_given
 from ..loops.reading import Reading
 from ..model.names import check_name, identifier
 from . import options as opt
@@ -23,24 +24,8 @@ from . import output as out
 if TYPE_CHECKING:
     from ..records.record import Record
 
-_IDENTIFY_FIRST = "identify the records first, then build MODEL.json"
 
-
-class _Build(opt.OptionsCommand):
-    """The command, to which options of `identify` are wrong usage with advice."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """The arguments."""
-        try:
-            return super().parse_args(ctx, args)
-        except click.NoSuchOption as problem:
-            if problem.option_name not in {flag_of(name) for name, _ in opt.options_of_object(Fitting())}:
-                raise
-            advice = f"{problem.option_name} is an option of `identify`; {_IDENTIFY_FIRST}."
-            raise click.UsageError(advice, ctx) from None
-
-
-@opt.command(cls=_Build, sources="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
+@opt.command(sources="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
 @opt.takes_options(building=BuildOptions)
 @opt.given("--candidate", metavar="NAME", group="FMU", help="Of a SYSTEM.toml: the candidate, if it has several.")
 @opt.zero_option
@@ -73,61 +58,46 @@ def build(
       strandspring build loop.csv --name mount_a -o dist
       strandspring build box.toml --candidate softer
     """
-    from ..api.common.model_source import built_with, describes_system, origin_of
-    from ..api.fmus.build import build_all, build_system
-    from ..model.modelfile import is_model_path, load_model, saved_model
-    from ..model.stated_cautions import stated_cautions
+    from ..api.common.model_source import describes_system
+    from ..api.fmus.build import build_all
+    from ..model.modelfile import is_model_path, saved_model
 
-    folder, source = Path(output), sources[0] if len(sources) == 1 else None
-    refuse_unwritable(folder, is_folder=True)
-    of_records = {"name": name, "description": description or None}
-    if source is not None and describes_system(source):
-        others = {**building.of_springs, **of_records, "zero": zero, "record": record}
-        opt.refuse_reading(reading, "a model or records", f"{source} describes a system", **others)
-        from ..api.fmus.system_fmu import SystemToBuild  # slow to import
-
-        wanted = SystemToBuild.load(source, candidate, building.author, building.fmi)
-        out.refuse_overwriting([source], {"--output": wanted.target(folder)})
-        with out.reporting() as progress:
-            of_system = build_system(wanted, folder, building, progress)
-        out.present(of_system, {"system": source})
-        return
-    if candidate is not None:
-        raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
-    settings = building.with_those_of(built_with(source))
-    kinds = settings.kinds(bool(sources))
-    identification = None
-    if source is not None and is_model_path(source):
-        opt.refuse_reading(Reading() if record else reading, "records", f"{source} is a model file", **of_records)
-        model, model_path = load_model(source), Path(source)
+    source, identification = sources[0] if len(sources) == 1 else "", None
+    if source and (is_model_path(source) or describes_system(source)):
+        sentence = "{option} can only be given with records, and {where} is none; leave it out."
+        refuse_given(sentence, source, name=name, description=description or None)
         records: Sequence[Record] = opt.read_records(record, reading)
-        out.remark_on(stated_cautions(model))
-        for kind in kinds:
-            out.refuse_overwriting(sources, {"--output": settings.target(folder, model.name, kind)})
     else:
         from ..api.common.given import bundled_record  # slow to import
-        from .records import identified
+        from .springs import identified
 
-        opt.refuse_reading(Reading(), "a model file", "records are followed without it", record=record)
-        opt.refuse_reading(reading, "--record", f"records are read as `identify` does by default; {_IDENTIFY_FIRST}")
+        sentence = (
+            "{option} does not apply to records, which are read and identified as `identify` does by default; identify "
+            "them first, then build MODEL.json."
+        )
+        refuse_given(sentence, "", candidate=candidate, record=record, **reading.given)
+        for folder in (output, models):
+            refuse_unwritable(Path(folder), is_folder=True)
         if not sources:
             # Its machine position counts down while the sample is stretched.
             sources, reading = (str(bundled_record(Path(models))),), Reading(reverse="displacement")
-            name = name or "rubber_hinge"
-        chosen = name or identifier(Path(sources[0]).stem)
-        refuse_unwritable(Path(models), is_folder=True)
-        model_path = Path(models) / f"{chosen}.json"
+            name, usual = name or "rubber_hinge", "native" if building.fmi == 3 else "both"
+            building = replace(building, backend=building.backend or usual)
+        building.kinds()
+        name = name or identifier(Path(sources[0]).stem)
+        model_path = Path(models) / f"{name}.json"
         out.refuse_overwriting(opt.record_files(sources), {"--models": model_path})
         identification = identified(sources, reading, Fitting())
         out.remark(identification.sentences)
-        model = saved_model(model_path, identification.model_file(chosen, description))
-        records = identification.records
-    origin = origin_of(source, zero, model.parameters)
+        saved_model(model_path, identification.model_file(name, description))
+        source, records = str(model_path), identification.records
     with out.reporting() as progress:
         built = build_all(
-            model, folder, settings, origin, records, progress,
-            kinds=kinds, path=model_path, identification=identification,
+            source, Path(output), building, progress, zero=zero, candidate=candidate, records=records,
+            claim=lambda target: out.refuse_overwriting([source], {"--output": target}),
         )  # fmt: skip
+    if identification is not None:
+        built = replace(built, identification=identification, findings=())
     out.present(built)
 
 
@@ -144,7 +114,7 @@ def verify(fmus: tuple[str, ...]) -> None:
     """
     verifications = []
     for fmu in fmus:
-        with out.working(f"Verifying {fmu}"):
+        with out.reporting(f"Verifying {fmu}"):
             verifications.append(strandspring.verify(fmu))
     if out.is_asked("json"):
         out.result_json({"fmus": [verification.as_json() for verification in verifications]})
@@ -181,10 +151,11 @@ def export(model: str, ssp: bool, mass: float | None, output: str, **options: An
         raise click.UsageError("Nothing to write; give --ssv, --ssp, --modelica or --c.")
     if ssp != (mass is not None):
         raise click.UsageError("--ssp and --mass KG go together.")
-    from ..api.fmus.export import Exports
+    from ..api.fmus.export import export_files
 
-    exports = Exports.planned(model, output, ssp_mass=mass, **options)
-    out.refuse_overwriting([model], {f"--{kind}": path for kind, path in exports.files.items()})
     with out.reporting() as progress:
-        exports.write(progress)
+        exports = export_files(
+            model, output, progress, ssp_mass=mass, **options,
+            claim=lambda target: out.refuse_overwriting([model], {"--output": target}),
+        )  # fmt: skip
     out.present(exports, {"model": model})

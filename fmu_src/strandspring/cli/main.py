@@ -7,7 +7,6 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from io import TextIOWrapper
-from typing import NoReturn
 
 import click
 from click.shell_completion import CompletionItem
@@ -21,9 +20,9 @@ from .output import drop_failing_output, result_json
 
 # Each command is defined in a module, which is imported only to run it or to show its help; that begins with this.
 COMMANDS = {
-    "show": ("records", "Show loops, strokes and cycles of records before they are identified."),
-    "identify": ("records", "Identify a spring from force-displacement records."),
-    "identify-many": ("records", "Identify many springs, each from a file of its own, into one table."),
+    "show": ("springs", "Show loops, strokes and cycles of records before they are identified."),
+    "identify": ("springs", "Identify a spring from force-displacement records."),
+    "identify-many": ("springs", "Identify many springs, each from a file of its own, into one table."),
     "plan": ("springs", "Plan the test that decides what is still open about a spring."),
     "predict": ("springs", "Predict the force of records with a model and report the errors."),
     "info": ("springs", "Show a model's parameters and loop figures, beside those of records."),
@@ -100,47 +99,39 @@ def main(arguments: Sequence[str] | None = None) -> None:
             stream.reconfigure(errors="backslashreplace")
     # No plugins of pydantic are used, and to look for some it reads the metadata of all packages.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    status, outcome = 1, dict[str, str]()
     try:
         with handled_endings(interrupt):
             # Of sys.argv, click expands patterns of files on Windows.
             strandspring.main(None if arguments is None else given, "strandspring", standalone_mode=False)
-    except click.exceptions.Exit as leaving:
-        sys.exit(leaving.exit_code)
+        return
     except click.ClickException as problem:
         problem.show()
-        _leave("UsageError", problem.format_message(), as_json, problem.exit_code, is_said=True)
+        kind, sentence, status = "UsageError", problem.format_message(), problem.exit_code
     except (click.Abort, KeyboardInterrupt) as end:
-        status, sentence = status_and_sentence(end)
         # After an interrupt in the midst of `exec`, which dataclasses use, `python -m` would end by SIGINT whatever the
         # status, unless other code is executed so.
         exec("")  # noqa: S102
-        _leave("Interrupt", sentence, as_json, status)
+        kind, (status, sentence) = "Interrupt", status_and_sentence(end)
     except OSError as problem:
-        if problem.filename is None and drop_failing_output():
-            sentence = f"Standard output cannot be written: {reason_of(problem)}; send it elsewhere."
-            _leave("OSError", sentence, as_json=False)
         place = "" if problem.filename is None else f"{readable(str(problem.filename))}: "
         remedy = "check the path, and the free space in the folder for temporary files (TMPDIR)"
-        _leave("OSError", f"{place}{reason_of(problem)}; {remedy}.", as_json)
+        kind, sentence = "OSError", f"{place}{reason_of(problem)}; {remedy}."
+        if problem.filename is None and drop_failing_output():
+            sentence, as_json = f"Standard output cannot be written: {reason_of(problem)}; send it elsewhere.", False
     except MemoryError:
-        sentence = "There is not enough memory for this; give fewer or shorter records, or fewer runs."
-        _leave("MemoryError", sentence, as_json)
+        kind, sentence = (
+            "MemoryError",
+            "There is not enough memory for this; give fewer or shorter records, or fewer runs.",
+        )
     except StrandspringError as refusal:
-        outcome = refusal.outcome.name.lower() if isinstance(refusal, IdentificationError) else ""
-        _leave(type(refusal).__name__, refusal.words(Reader.COMMAND_LINE), as_json, outcome=outcome)
-
-
-def _leave(
-    kind: str, sentence: str, as_json: bool, status: int = 1, is_said: bool = False, outcome: str = ""
-) -> NoReturn:
-    """Leave with a status and a sentence on standard error, in which nothing steers a terminal; under --json with the
-    error as the result, too.
-    """
-    if not is_said:
+        kind, sentence = type(refusal).__name__, refusal.words(Reader.COMMAND_LINE)
+        outcome = {"outcome": refusal.outcome.name.lower()} if isinstance(refusal, IdentificationError) else {}
+    if kind != "UsageError":  # click has shown that
         click.echo(f"strandspring: {readable(sentence)}", err=True)
     if as_json:
         try:
-            result_json({"error": {"type": kind, **({"outcome": outcome} if outcome else {}), "message": sentence}})
+            result_json({"error": {"type": kind, **outcome, "message": sentence}})
         except OSError:
             drop_failing_output()
     sys.exit(status)

@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial, reduce, wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +20,8 @@ from click.shell_completion import CompletionItem
 
 from ..core.parameters import LARGEST_DISPLACEMENT
 from ..errors import OptionError, Reader, StrandspringError, flag_of
-from ..ground.options import Option, options_of
+from ..ground.options import Option, options_of, refuse_given
 from ..loops.reading import Reading, entries
-from ..report import check_report_path
 from .main import COMMANDS
 from .output import asked_files, keep, refuse_overwriting, remark_on, reporting
 
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
 Decorator = Callable[[Any], Any]
 
 SHOWS_ALL = "strandspring.shows_all"  # key of click's context
+_OBJECTS = "options_objects"  # attribute of a command with the objects that it takes
 _OUTPUT = "Output"  # the group of options that have none
 _FLAGS = {
     "verbose": "Print all figures, how files were read, and cautions with their details.",
@@ -48,19 +48,28 @@ class GroupedOption(click.Option):
         super().__init__(*arguments, **more)
         self.group, self.is_rare, self.file = group, is_rare, file
 
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """What the help shows; nothing of a rare option unless all are asked for."""
-        return None if self.is_rare and not ctx.meta.get(SHOWS_ALL) else super().get_help_record(ctx)
-
 
 class OptionsCommand(click.Command):
-    """A command whose help shows its options in groups."""
+    """A command whose help shows its options in groups; options of `identify` that it lacks are refused with advice."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """The arguments."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as problem:
+            from ..api.options import Fitting
+
+            if problem.option_name not in {flag_of(name) for name, _ in options_of_object(Fitting())}:
+                raise
+            advice = "is an option of `identify`; identify the records first, then give MODEL.json."
+            raise click.UsageError(f"{problem.option_name} {advice}", ctx) from None
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The options, one group after the other."""
+        """The options, one group after the other; rare ones only if all are asked for."""
         groups: dict[str, list[tuple[str, str]]] = {}
         for param in self.get_params(ctx):
-            if isinstance(param, click.Option) and (record := param.get_help_record(ctx)) is not None:
+            is_shown = ctx.meta.get(SHOWS_ALL) or not getattr(param, "is_rare", False)
+            if isinstance(param, click.Option) and is_shown and (record := param.get_help_record(ctx)) is not None:
                 groups.setdefault(getattr(param, "group", _OUTPUT), []).append(record)
         groups[_OUTPUT] = groups.pop(_OUTPUT)  # comes last
         for name, records in groups.items():
@@ -80,16 +89,17 @@ def _words(problem: Exception) -> str:
 
 
 class Written(click.types.StringParamType):
-    """A value as people write it, of which a function that raises ValueError makes another."""
+    """A value as people write it, of which a function that raises ValueError makes another, or that it checks."""
 
     def __init__(self, read: Callable[[str], Any]) -> None:
         self._read = read
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         try:
-            return self._read(value)
+            made = self._read(value)
         except ValueError as refusal:
             self.fail(_words(refusal), param, ctx)
+        return value if made is None else made
 
     def shell_complete(self, _context: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """Files, as shells offer them for programs that they do not know."""
@@ -116,16 +126,7 @@ def output_path(endings: Sequence[str], path: str) -> str:
     return path if os.path.exists(path) or not Path(path).name else f"{path}{ending}"  # noqa: PTH110 - of a long name
 
 
-def report_path(path: str) -> str:
-    """The name of a report; raises StrandspringError if it is no page."""
-    check_report_path(path)
-    return path
-
-
-def command(
-    group: Any = click, cls: type[OptionsCommand] = OptionsCommand, flags: Sequence[str] = ("verbose", "json"),
-    **arguments: str,
-) -> Decorator:  # fmt: skip
+def command(group: Any = click, flags: Sequence[str] = ("verbose", "json"), **arguments: str) -> Decorator:
     """A command with arguments by their metavars: in brackets if they are optional, with dots for any number.
 
     Of a command that prints less than all that it knows the flags are --verbose and --json. Files that its options name
@@ -141,6 +142,13 @@ def command(
                 params = click.get_current_context().command.params
                 of_records = any(getattr(param, "group", "") == Reading.group for param in params)
                 refuse_overwriting(record_files(paths) if of_records else paths)
+            for argument, (default, names) in getattr(function, _OBJECTS, {}).items():
+                taken = ((name, values.pop(name)) for name in names)
+                chosen = {name: one for name, one in taken if one not in (None, ()) and one is not False}
+                try:
+                    values[argument] = getattr(default, "with_options", partial(replace, default))(**chosen)
+                except (TypeError, ValueError) as problem:
+                    raise click.UsageError(_words(problem)) from None
             try:
                 function(**values)
             except OptionError as refusal:
@@ -148,7 +156,7 @@ def command(
 
         _, summary = COMMANDS.get(function.__name__.replace("_", "-"), ("", ""))
         run.__doc__ = f"{summary}\n\n{inspect.cleandoc(function.__doc__)}".strip()
-        made = group.command(cls=cls)(run)
+        made = group.command(cls=OptionsCommand)(run)
         for name, metavar in arguments.items():
             count, is_required = -1 if "..." in metavar else 1, metavar[0] != "["
             made.params.append(click.Argument([name], nargs=count, required=is_required, metavar=metavar, type=PATH))
@@ -201,14 +209,9 @@ def option_of(name: str, said: Option, default: Any = None, group: str = "", own
     return given(
         flag_of(said.flag or name), name, group=said.group or group, is_rare=said.rare, type=kind, is_flag=is_flag,
         default=None, multiple=is_repeated, metavar=said.metavar or None,
-        callback=_joined if said.kind == "numbers" else None,
+        callback=(lambda *given: sum(given[-1], ()) or None) if said.kind == "numbers" else None,
         help=f"{text}{more}.{f'  [default: {shown}]' if shown else ''}",
     )  # fmt: skip
-
-
-def _joined(_context: click.Context, _option: click.Parameter, values: Any) -> Any:
-    """The values of an option that is repeated; None of none."""
-    return tuple(number for numbers in values for number in numbers) or None
 
 
 def _shown(said: Option, default: Any) -> str:
@@ -221,23 +224,15 @@ def _shown(said: Option, default: Any) -> str:
 
 def takes_options(**objects: Any) -> Decorator:
     """Give a command objects of options; by argument their classes, or objects with its defaults."""
-    defaults = {name: kind() if isinstance(kind, type) else kind for name, kind in objects.items()}
-    options = {name: dict(options_of_object(default)) for name, default in defaults.items()}
 
-    def decorate(command: Any) -> Any:
-        @wraps(command)
-        def call(**values: Any) -> Any:
-            for argument, default in defaults.items():
-                chosen = {name: value for name in options[argument] if _is_given(value := values.pop(name))}
-                with_options = getattr(default, "with_options", partial(replace, default))
-                try:
-                    values[argument] = with_options(**chosen)
-                except (TypeError, ValueError) as problem:
-                    raise click.UsageError(_words(problem)) from None
-            return command(**values)
-
-        every = [option for of_object in options.values() for option in of_object.values()]
-        return reduce(lambda made, option: option(made), reversed(every), call)
+    def decorate(function: Any) -> Any:
+        for argument, kind in reversed(objects.items()):
+            default = kind() if isinstance(kind, type) else kind
+            options = dict(options_of_object(default))
+            vars(function).setdefault(_OBJECTS, {})[argument] = default, options.keys()
+            for option in reversed(options.values()):
+                option(function)
+        return function
 
     return decorate
 
@@ -254,15 +249,13 @@ def options_of_object(default: Any) -> Iterator[tuple[str, Decorator]]:
         yield name, option_of(name, said, usual, default.group, "" if is_shared else owner)
 
 
-def _is_given(value: Any) -> bool:
-    """Whether an option is on the command line; 0 is a value."""
-    return value is not None and value is not False and value != ()
-
-
-def amplitudes_option(text: str, otherwise: str) -> Decorator:
-    """Amplitudes of loops [m]."""
-    said = Option("numbers", text, "m", "mm", 1e-3, least=0.0, is_open=True, otherwise=otherwise, metavar="MM")
-    return option_of("amplitudes", said, group="Loop")
+def amplitude_option(text: str, otherwise: str, group: str = "Loop", several: bool = False) -> Decorator:
+    """An amplitude of loops [m], or several."""
+    said = Option(
+        "numbers" if several else "number", text, "m", "mm", 1e-3, least=0.0, is_open=True, otherwise=otherwise,
+        metavar="MM",
+    )  # fmt: skip
+    return option_of("amplitudes" if several else "amplitude", said, group=group)
 
 
 def mass_option(text: str, group: str = "Mount", several: bool = False) -> Decorator:
@@ -295,10 +288,11 @@ def read_records(paths: Sequence[str], reading: Reading, models: Iterable[str] =
     """
     from ..model.modelfile import load_model
 
-    for model in models:
+    for model in models if paths else ():
         load_model(model)
     if not paths:
-        refuse_reading(reading, "records", "none is given; give a record")
+        sentence = "{option} can only be given with records, and none is given; give a record."
+        refuse_given(sentence, "", **reading.given)
     files = entries(paths, reading)
     records = []
     with reporting() as report:
@@ -312,10 +306,3 @@ def read_records(paths: Sequence[str], reading: Reading, models: Iterable[str] =
 def record_files(paths: Sequence[str]) -> list[str]:
     """The files that are read: those given, and those that description files among them name."""
     return [*paths, *(path for path, _ in entries(paths))]
-
-
-def refuse_reading(reading: Reading, needed: str, reason: str, **others: Any) -> None:
-    """Refuse options of records, and others, that say nothing about what is given."""
-    named = {name: value for name, value in others.items() if _is_given(value)} | reading.given
-    if named:
-        raise click.UsageError(f"{', '.join(map(flag_of, named))} can only be given with {needed}, and {reason}.")

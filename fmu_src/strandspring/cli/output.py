@@ -44,10 +44,11 @@ def asked_files() -> dict[str, tuple[tuple[str, str, str], str | None]]:
 
 
 @contextmanager
-def reporting(noun: str = "", journal: Path | None = None, is_counted: bool = True) -> Iterator[Callable[..., None]]:
+def reporting(step: str = "", noun: str = "", journal: Path | None = None) -> Iterator[Callable[..., None]]:
     """A line on a terminal, and a function that takes what is being done, the parts done, and their number.
 
-    Of parts that are kept in a journal, an interrupt says how many they are and where.
+    Of one long step the line shows the time taken so far. Of parts that are kept in a journal, an interrupt says how
+    many they are and where.
     """
     finished: tuple[float, int] = (0, 0)
     bar: Any = None
@@ -56,11 +57,11 @@ def reporting(noun: str = "", journal: Path | None = None, is_counted: bool = Tr
         from rich.console import Console
 
         columns: list[Any] = [rich.SpinnerColumn(), "{task.description}", rich.TimeElapsedColumn()]
-        if is_counted:
+        if not step:
             columns[2:2] = [rich.BarColumn(20), rich.MofNCompleteColumn()]
             columns += ["left", rich.TimeRemainingColumn()]
         bar = rich.Progress(*columns, console=Console(stderr=True), transient=True)
-        bar.add_task("", total=None)
+        bar.add_task(step, total=None)
 
     def progress(what: str, done: float = 0, total: int = 0) -> None:
         nonlocal finished
@@ -77,14 +78,6 @@ def reporting(noun: str = "", journal: Path | None = None, is_counted: bool = Tr
             kept = f"{done} of {total} {noun}" if done else f"Finished {noun}"
             note(f"{kept} are kept in {journal}; the same command continues from there.")
         raise
-
-
-@contextmanager
-def working(description: str) -> Iterator[None]:
-    """One long step, with the time taken so far on a terminal."""
-    with reporting(is_counted=False) as progress:
-        progress(description)
-        yield
 
 
 def note(text: str) -> None:
@@ -147,7 +140,7 @@ def present(made: Any, content: Mapping[str, Any] | None = None, most: int | Non
     for (key, title, method), path in asked_files().values():
         written[key] = title, path
         if method and path is not None:
-            with working(f"Writing {path}"):
+            with reporting(f"Writing {path}"):
                 getattr(made, method)(path)
     written |= files
     if is_asked("json"):
@@ -170,14 +163,7 @@ def width_of(stream: TextIO) -> int | None:
 
 
 def folded(line: str, width: int | None) -> str:
-    """A line of words in several of at most a width, as far as its words allow it.
-
-    Examples
-    --------
-    >>> print(folded("  RNL 0.9962 of a record with a long name", 24))
-      RNL 0.9962 of a record
-        with a long name
-    """
+    """A line of words in several of at most a width, as far as its words allow it."""
     if width is None or len(line) <= width:
         return line
     indent = " " * (len(line) - len(line.lstrip()) + 2)

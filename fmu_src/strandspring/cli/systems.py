@@ -12,7 +12,8 @@ import strandspring
 
 from ..campaigns.jobs.options import Workers
 from ..ground.files import refuse_unwritable
-from ..ground.options import Option
+from ..ground.options import Option, refuse_given
+from ..report import check_report_path
 from ..vibration.one_mass.options import Curve, Levels, Mount
 from ..vibration.options import Part, Run, StudyRun
 from . import options as opt
@@ -23,7 +24,7 @@ _FACTORS = Option(
     otherwise="1", metavar="FACTOR",
 )  # fmt: skip
 _report_option: opt.Decorator = opt.written(
-    "FILE.html", "Of a system: write a report.", "Report", "report", "report", "--report", read=opt.report_path
+    "FILE.html", "Of a system: write a report.", "Report", "report", "report", "--report", read=check_report_path
 )
 
 
@@ -55,7 +56,6 @@ def isolate(models: tuple[str, ...], verify: bool, candidates: tuple[str, ...], 
       strandspring isolate box.toml --direction z --base-displacement 0.5
     """
     from ..api.common.model_source import OF_MODELS, OF_SYSTEMS, is_system
-    from ..ground.options import refuse_given
 
     is_of_system = is_system(models[0])
     others = {"verify": verify} if is_of_system else {"report": is_asked("report")}
@@ -153,13 +153,12 @@ def study(model: str, output: str, stiffness: tuple[float, ...] | None, placing:
     """
     from ..api.common.model_source import OF_SYSTEMS, is_system
     from ..campaigns.studies.journal import journal_path
-    from ..ground.options import refuse_given
 
     journal, is_of_system = journal_path(Path(output)), is_system(model)
     if not is_of_system:
         refuse_given(OF_SYSTEMS, model, plot=is_asked("plot"))
     refuse_overwriting([model], {"--output's journal": journal})
-    with reporting("runs", journal) as progress:
+    with reporting(noun="runs", journal=journal) as progress:
         studied: Any = strandspring.study(
             model, stiffness=stiffness or 1.0, placing=placing.notifying(note), output=output, progress=progress,
             **options,

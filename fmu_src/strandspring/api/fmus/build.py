@@ -11,33 +11,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import BuildError, Reader
-from ...findings import CAUTIONS, gathered, of_severity
-from ...fmu.archive import binary_sizes
+from ...findings import CAUTIONS, Finding, gathered, of_severity
+from ...fmu.archive import binary_sizes, fmu_path
 from ...fmu.checks.check import CheckReport, examine_fmu
 from ...fmu.checks.verification import Check, verify_fmu
 from ...fmu.native.native_fmu import build_native_fmu
 from ...fmu.python_backed import build_python_fmu
 from ...fmu.related_files import BuildSettings
 from ...ground.files import existing_folder, refuse_unwritable, refused_in_words
-from ...ground.options import refuse_given, takes
+from ...ground.options import changed, refuse_given, takes
 from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
 from ...ground.strict_json import is_finite, objects
 from ...model.certificate import certified
 from ...model.coordinates import checked_zero, zero_sentence
-from ...model.modelfile import ModelFile, is_model_path, load_model
+from ...model.modelfile import ModelFile, is_model_path
 from ...model.names import check_name
+from ...model.stated_cautions import stated_cautions
 from ...model.stated_figures import NAMES
-from ..common.model_source import (
-    OF_MODELS,
-    ModelSource,
-    Progress,
-    built_with,
-    describes_system,
-    origin_of,
-    path_of,
-    unseen,
-)
+from ..common import model_source as sources
+from ..common.model_source import ModelSource, Progress, unseen
 from ..common.result import Result, Table, picked
 from .options import BuildOptions
 
@@ -45,7 +38,6 @@ if TYPE_CHECKING:
     from ...identification.identified import IdentifiedModel
     from ...records.record import Record
     from ..common.given import Source
-    from .system_fmu import SystemToBuild
 
 _RNL_TOLERANCE = 1e-6  # of sums over many samples, each within rounding
 _CHECKS = tuple(ResultColumn(key, "", key) for key in ("about", "text", "is_problem"))
@@ -66,48 +58,51 @@ class Built(Result):
     ----------
     lines : sequence of str         Of what, in words.
     of : mapping                    The same for JSON.
-    options : BuildOptions
+    fmi : int                       Version of FMI.
     fmus : mapping of CheckReport   What the check of each found, by its kind.
+    findings : sequence of Finding  The cautions that the model file states.
     identification : Identification or None
         That of records, if there are any.
     """
 
     lines: Sequence[str]
     of: Mapping[str, Any]
-    options: BuildOptions
+    fmi: int
     fmus: Mapping[str, CheckReport]
+    findings: Sequence[Finding] = ()
     identification: Any = None
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
         """What was identified, what the FMUs are of, and each with its check."""
         if self.identification is not None:
             yield from self.identification.parts(brief)
+        apart = ["FMI 3.0"] if self.fmi == 3 else []
         yield from self.lines
         for kind, report in self.fmus.items():
             size, binaries = f"{report.path.stat().st_size / 1024:.0f} KiB", binary_sizes(report.path)
             if brief:
-                yield f"FMU: {report.path} ({', '.join((size, *binaries, *self.options.apart))}): {report.verdict}"
+                yield f"FMU: {report.path} ({', '.join((size, *binaries, *apart))}): {report.verdict}"
                 continue
-            yield f"FMU: {report.path} ({size}), {'; '.join((_PURPOSES[kind], *self.options.apart))}"
+            yield f"FMU: {report.path} ({size}), {'; '.join((_PURPOSES[kind], *apart))}"
             sizes = ", ".join(f"{platform} {size / 1024:.0f} KiB" for platform, size in binaries.items())
             yield from (f"Binaries: {sizes}", f"Check: {report.summary}")
 
     def content(self) -> dict[str, Any]:
         """The same for JSON."""
-        fmus = []
-        for kind, report in self.fmus.items():
-            of_system = kind == "system"
-            fmu = {"path": report.path, "backend": "native" if of_system else kind, "fmi": self.options.version}
-            fmu |= {"binaries": binary_sizes(report.path), "check": report.summary}
-            fmus.append(fmu)
-        return {**self.of, "fmus": fmus}
+        found = self.identification
+        fmus = [
+            {"path": report.path, "backend": "native" if kind == "system" else kind, "fmi": self.fmi}
+            | {"binaries": binary_sizes(report.path), "check": report.summary}
+            for kind, report in self.fmus.items()
+        ]
+        figures = {} if found is None else {**found.figures, "fitted": found.fitted_figures}
+        return {**self.of, **figures, "fmus": fmus}
 
 
 def _build_in_place(
-    target: Path, build: Callable[[Path], Path], examine: Callable[[Path], CheckReport], progress: Progress = unseen
+    target: Path, build: Callable[[Path], Path], examine: Callable[[Path], CheckReport], progress: Progress
 ) -> CheckReport:
     """Build an FMU by a function that writes it into a folder, check it there, and put it into its place."""
-    refuse_unwritable(target)
     # In the same file system as its place, so that it is moved at once or not at all.
     with TemporaryFolder(existing_folder(target.parent)) as beside:
         progress(f"Building {target.name}", 0, 2)
@@ -123,23 +118,33 @@ def _build_in_place(
 
 
 def build_all(
-    model: ModelFile,
-    folder: Path,
-    options: BuildOptions,
-    origin: float,
-    records: Sequence[Record] = (),
-    progress: Progress = unseen,
-    *,
-    kinds: Sequence[str],
-    path: Path | None = None,
-    identification: Any = None,
-) -> Built:
-    """Build and check FMUs of several kinds of a model, also along records from which it was identified.
+    source: ModelSource, folder: Path, options: BuildOptions, progress: Progress = unseen, *,
+    zero: str | float | None = None, candidate: str | None = None, name: str | None = None,
+    records: Sequence[Record] = (), only_last: bool = False, claim: Callable[[Path], None] = refuse_unwritable,
+) -> Built:  # fmt: skip
+    """Build and check the FMUs of a model, also along records from which it was identified, or of a system.
 
-    Their displacement is 0 at the origin [m]; the path of the model file and its identification are for the result.
+    Of several kinds all are built, or the last one only. Before that, `claim` refuses paths that must not be written.
     """
-    certificate, checks = certified(model), {}
-    for kind in kinds:
+    refuse_unwritable(folder, is_folder=True)
+    path = sources.path_of(source)
+    if path is not None and sources.describes_system(path):
+        given = changed(options) | {"zero": zero, "name": name, "record": tuple(records)}
+        of_models = {option: value for option, value in given.items() if option not in ("fmi", "platforms", "author")}
+        refuse_given(f"{sources.OF_MODELS}; leave it out.", path, **of_models)
+        from .system_fmu import build_system  # slow to import
+
+        place = partial(_build_in_place, progress=progress)
+        return Built(*build_system(path, folder, options, candidate, claim, place))
+    refuse_given(sources.OF_SYSTEMS, path or "a spring", candidate=candidate)
+    options, model = options.with_those_of(sources.built_with(path)), sources.model_of(source)
+    model = model if name is None else replace(model, name=name)
+    kinds = options.kinds()[-1:] if only_last else options.kinds()
+    targets = {kind: fmu_path(folder, model.name, kind, options.version) for kind in kinds}
+    for target in targets.values():
+        claim(target)
+    origin, certificate, checks = sources.origin_of(source, zero, model.parameters), certified(model), {}
+    for kind, target in targets.items():
         build: Callable[[Path], Path] = partial(
             build_native_fmu, model, platforms=options.chosen_platforms, zero=origin, with_states=kind == "states",
             fmi=options.version, author=options.author,
@@ -147,28 +152,12 @@ def build_all(
         if kind == "python":
             build = partial(build_python_fmu, model, zero=origin, **picked(options, "author", "needs_execution_tool"))
         # With states the path is the host's.
-        along = () if kind == "states" else records
-        examine = partial(_examined, model=model, records=along)
-        checks[kind] = _build_in_place(options.target(folder, model.name, kind), build, examine, progress)
-    found, zero = identification, zero_sentence(origin)
-    lines = [f"Model file: {path}", f"Certificate: {certificate}", *([zero] if zero else [])]
-    of = {
-        "model": path,
-        "name": model.name,
-        "parameters": model.parameters.as_dict(),
-        "zero": origin,
-        "certificate": certificate,
-        **(dict.fromkeys(NAMES) if found is None else found.figures),
-        "fitted": None if found is None else found.fitted_figures,
-    }
-    return Built(lines, of, options, checks, found)
-
-
-def build_system(wanted: SystemToBuild, folder: Path, options: BuildOptions, progress: Progress = unseen) -> Built:
-    """Build the FMU of a system, check it, and put it into the folder."""
-    build = partial(wanted.build, platforms=options.chosen_platforms)
-    check = _build_in_place(wanted.target(folder), build, wanted.examine, progress)
-    return Built(wanted.lines, wanted.content, replace(options, fmi=wanted.options.fmi), {"system": check})
+        examine = partial(_examined, model=model, records=() if kind == "states" else records)
+        checks[kind] = _build_in_place(target, build, examine, progress)
+    lines = [f"Model file: {path}", f"Certificate: {certificate}", *filter(None, [zero_sentence(origin)])]
+    of = {"model": path, "name": model.name, "parameters": model.parameters.as_dict(), "zero": origin}
+    of |= {"certificate": certificate, **dict.fromkeys((*NAMES, "fitted"))}
+    return Built(lines, of, options.version, checks, stated_cautions(model))
 
 
 def _examined(path: Path, model: ModelFile, records: Sequence[Record]) -> CheckReport:
@@ -262,50 +251,38 @@ def build_fmu(
     if name is not None:
         check_name(name)
     refuse_unwritable(Path(folder), is_folder=True)
-    path = path_of(model)
-    if path is not None and describes_system(path):
-        refuse_given(f"{OF_MODELS}; leave it out.", path, **building.of_springs, zero=zero, name=name, record=record)
-        from .system_fmu import SystemToBuild  # slow to import
-
-        wanted = SystemToBuild.load(path, candidate, building.author, building.fmi)
-        return build_system(wanted, Path(folder), building, progress).fmus["system"].path
-    if candidate is not None:
-        raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
     if building.backend == "both" or (building.states and building.backend == "python"):
         raise BuildError(
             f'`backend` must be "native" or "python", and "native" with `states`, got {building.backend!r}.'
         )
-    options = building.with_those_of(built_with(path))
-    *_, kind = options.kinds()
-    content, records = _model(model, path, record)
-    content = content if name is None else replace(content, name=name)
-    origin = origin_of(model, zero, content.parameters)
-    return build_all(content, Path(folder), options, origin, records, progress, kinds=(kind,)).fmus[kind].path
+    source: Any = model
+    records: Sequence[Record] = ()
+    path = sources.path_of(model)
+    is_file = path is not None and (is_model_path(path) or sources.describes_system(path))
+    if is_file or isinstance(getattr(model, "model", model), ModelFile):
+        if record is not None:
+            from ..common.given import as_records  # slow to import
 
-
-def _model(
-    source: Any, path: str | None, record: Source | Sequence[Source] | None
-) -> tuple[ModelFile, Sequence[Record]]:
-    """The model that is given or identified now, and the records along which its FMU is checked."""
-    held = load_model(source) if path is not None and is_model_path(path) else getattr(source, "model", source)
-    if isinstance(held, ModelFile) and record is None:
-        return held, ()
-    # Slow to import.
-    from ...identification.identified import IdentifiedModel
-    from ...identification.identify import identify_records
-    from ..common.given import as_records
-
-    if isinstance(held, ModelFile):
-        return held, as_records(record)
-    if record is not None:
+            records = as_records(record)
+    elif record is not None:
         raise BuildError("`record` is for a model; an FMU of records is checked along these, so leave it out.")
-    if isinstance(source, IdentifiedModel):
-        identification = source
     else:
-        identification = identify_records(as_records(source))
-        for sentence in gathered(of_severity(identification.findings, CAUTIONS), Reader.PYTHON):
-            warnings.warn(sentence, stacklevel=4)
-    return identification.model_file(identification.record_name), identification.records
+        # Slow to import.
+        from ...identification.identified import IdentifiedModel
+        from ...identification.identify import identify_records
+        from ..common.given import as_records
+
+        if not isinstance(model, IdentifiedModel):
+            source = identify_records(as_records(model))
+            for sentence in gathered(of_severity(source.findings, CAUTIONS), Reader.PYTHON):
+                warnings.warn(sentence, stacklevel=3)
+        source, records = source.model_file(source.record_name), source.records
+    built = build_all(
+        source, Path(folder), building, progress,
+        zero=zero, candidate=candidate, name=name, records=records, only_last=True,
+    )  # fmt: skip
+    (report,) = built.fmus.values()
+    return report.path
 
 
 @dataclass(frozen=True, repr=False)

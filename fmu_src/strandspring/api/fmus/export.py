@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from ..common.result import Result
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Exports(Result):
-    """Files to be written for a model.
+    """Files that were written for a model.
 
     Attributes
     ----------
@@ -33,44 +33,15 @@ class Exports(Result):
     output : Path             The folder, or the file.
     files : mapping of Path   The parameter values "ssv", the system "ssp", the record "modelica", the file "c"; None
                               if not asked for.
-    ssp_mass : float or None  Of the system [kg].
     """
 
     model: ModelFile
     origin: float
     output: Path
     files: Mapping[str, Path | None]
-    ssp_mass: float | None
-
-    @classmethod
-    def planned(
-        cls,
-        source: ModelSource,
-        output: str | os.PathLike[str],
-        *,
-        ssv: bool,
-        modelica: bool,
-        c: bool,
-        ssp_mass: float | None,
-        zero: str | float | None,
-    ) -> Exports:
-        """Those that `export` writes; raises OptionError if what is written does not go there."""
-        model, target = model_of(source), Path(output)
-        if (modelica or c) and target.suffix and not target.is_dir():
-            what = f"of the library {LIBRARY}" if modelica else "of the C sources"
-            raise OptionError(f"{{to[output]}} must be the folder {what}, got {{where}}.", where=target)
-        if modelica and (target / "package.mo").exists():
-            raise OptionError(f"{target} is a Modelica package; give the folder that holds the library {LIBRARY}.")
-        files = {
-            "ssv": _file(target, f"{model.name}.ssv") if ssv else None,
-            "ssp": None if ssp_mass is None else _file(target, f"{model.name}.ssp"),
-            "modelica": record_path(target, model.name) if modelica else None,
-            "c": law_path(target, model.name) if c else None,
-        }
-        return cls(model, origin_of(source, zero, model.parameters), target, files, ssp_mass)
 
     def parts(self, brief: bool) -> Iterator[str]:  # noqa: ARG002 - all of it is short
-        """What is written, in words."""
+        """What was written, in words."""
         name, record = self.model.name, record_name(self.model.name)
         taken = "" if record == name else f", because {name} is taken in Modelica"
         size = constant_bytes(self.model.parameters) / 1000
@@ -88,25 +59,44 @@ class Exports(Result):
         """The files."""
         return {"name": self.model.name, "zero": self.origin, **self.files}
 
-    def write(self, progress: Progress = unseen) -> list[Path]:
-        """Write `files`, and return them; it raises what `export` raises."""
-        content, _ = placed(self.model, self.origin)
-        # The library first: it may be refused.
-        if self.files["modelica"]:
-            write_library(self.output, content, self.origin)
-        if path := self.files["ssv"]:
-            write_text(path, parameter_values(content))
-        if (path := self.files["ssp"]) and self.ssp_mass is not None:
-            from ...exchange.ssp import ShakenMassValues, write_system
-            from ...fmu.native.native_fmu import build_native_fmu
 
-            progress("Building the FMU of the system", 0, 1)
-            with TemporaryFolder() as folder:
-                fmu = build_native_fmu(self.model, folder, zero=self.origin)
-                write_system(path, fmu, content, ShakenMassValues.suited(content, self.ssp_mass))
-        if self.files["c"]:
-            write_c_sources(self.output, content, self.origin)
-        return list(filter(None, self.files.values()))
+def export_files(
+    source: ModelSource, folder: str | os.PathLike[str], progress: Progress = unseen, *, ssv: bool, modelica: bool,
+    c: bool, ssp_mass: float | None, zero: str | float | None, claim: Callable[[Path], None] = refuse_unwritable,
+) -> Exports:  # fmt: skip
+    """See `export`; before anything is written, `claim` refuses paths that must not be."""
+    model, target = model_of(source), Path(folder)
+    if (modelica or c) and target.suffix and not target.is_dir():
+        what = f"of the library {LIBRARY}" if modelica else "of the C sources"
+        raise OptionError(f"{{to[output]}} must be the folder {what}, got {{where}}.", where=target)
+    if modelica and (target / "package.mo").exists():
+        raise OptionError(f"{target} is a Modelica package; give the folder that holds the library {LIBRARY}.")
+    files = {
+        "ssv": _file(target, f"{model.name}.ssv") if ssv else None,
+        "ssp": None if ssp_mass is None else _file(target, f"{model.name}.ssp"),
+        "modelica": record_path(target, model.name) if modelica else None,
+        "c": law_path(target, model.name) if c else None,
+    }
+    origin = origin_of(source, zero, model.parameters)
+    for file in filter(None, files.values()):
+        claim(file)
+    content, _ = placed(model, origin)
+    # The library first: it may be refused.
+    if modelica:
+        write_library(target, content, origin)
+    if path := files["ssv"]:
+        write_text(path, parameter_values(content))
+    if (path := files["ssp"]) and ssp_mass is not None:
+        from ...exchange.ssp import ShakenMassValues, write_system
+        from ...fmu.native.native_fmu import build_native_fmu
+
+        progress("Building the FMU of the system", 0, 1)
+        with TemporaryFolder() as beside:
+            fmu = build_native_fmu(model, beside, zero=origin)
+            write_system(path, fmu, content, ShakenMassValues.suited(content, ssp_mass))
+    if c:
+        write_c_sources(target, content, origin)
+    return Exports(model, origin, target, files)
 
 
 def export(
@@ -159,11 +149,9 @@ def export(
     ssp_mass = optional_number("ssp_mass", ssp_mass, "kg")
     if ssp_mass is not None and not (math.isfinite(ssp_mass) and ssp_mass > 0.0):
         raise StrandspringError(f"`ssp_mass` must be finite and > 0 [kg], got {ssp_mass!r}.")
-    exports = Exports.planned(model, folder, ssv=ssv, modelica=modelica, c=c, ssp_mass=ssp_mass, zero=zero)
     refuse_unwritable(Path(folder), is_folder=not Path(folder).suffix)
-    for path in filter(None, exports.files.values()):
-        refuse_unwritable(path)
-    return exports.write()
+    made = export_files(model, folder, ssv=ssv, modelica=modelica, c=c, ssp_mass=ssp_mass, zero=zero)
+    return list(filter(None, made.files.values()))
 
 
 def _file(output: Path, name: str) -> Path:
@@ -172,8 +160,6 @@ def _file(output: Path, name: str) -> Path:
     with refused_in_words(output):
         if output.is_dir() or not (output.suffix or output.exists()):
             return output / name
-    if not output.suffix:
-        refuse_unwritable(output, is_folder=True)
     if output.suffix != suffix:
         sentence = f"{{to[output]}} must be a folder, or a file name ending in {suffix}, got {{where}}."
         raise OptionError(sentence, where=output)

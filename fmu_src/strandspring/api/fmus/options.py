@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from ...errors import BuildError, OptionError
 from ...fmu.native.platforms import PLATFORMS, PYTHON_PLATFORMS, Platform, chosen_platforms
-from ...ground.options import changed, check, described, option
+from ...ground.options import check, described, option
 
 if TYPE_CHECKING:
     from ...fmu.related_files import BuildSettings
@@ -92,35 +91,24 @@ class BuildOptions:
         """The version of FMI that is built."""
         return self.fmi or 2
 
-    @property
-    def apart(self) -> list[str]:
-        """What sets native FMUs apart from the usual ones, in words."""
-        return ["FMI 3.0"] if self.version == 3 else []
-
-    def kinds(self, has_sources: bool = True) -> tuple[str, ...]:
-        """The kinds of FMU to be built; of the bundled record those of both back ends.
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of FMU to be built.
 
         Raises
         ------
         OptionError   If such FMUs cannot be built so.
         """
-        usual = "native" if has_sources or self.version == 3 else "both"
-        backend = self.backend or usual
-        kinds = ("native", "python") if backend == "both" else (backend,)
+        kinds = ("native", "python") if self.backend == "both" else (self.backend or "native",)
         kinds = tuple(dict.fromkeys((*kinds, "states"))) if self.states else kinds
-        is_native = "python" not in kinds
-        for name, is_so, what in (
-            ("needs_execution_tool", not is_native, "the Python-backed FMU; add {to[backend=python]}"),
-            ("fmi=3", is_native or self.version == 2, "the native FMU; choose that back end"),
-            (
-                "platforms",
-                kinds != ("python",),
-                f"native FMUs (others have {' and '.join(PYTHON_PLATFORMS)}); build such",
-            ),
-        ):
-            if getattr(self, name.partition("=")[0]) and not is_so:
-                raise OptionError(f"{{to[{name}]}} is for {what}, or leave it out.", kinds=kinds)
-        return kinds
+        if self.needs_execution_tool and "python" not in kinds:
+            name, what = "needs_execution_tool", "the Python-backed FMU; add {to[backend=python]}"
+        elif self.version == 3 and "python" in kinds:
+            name, what = "fmi=3", "the native FMU; choose that back end"
+        elif self.platforms and kinds == ("python",):
+            name, what = "platforms", f"native FMUs (others have {' and '.join(PYTHON_PLATFORMS)}); build such"
+        else:
+            return kinds
+        raise OptionError(f"{{to[{name}]}} is for {what}, or leave it out.", kinds=kinds)
 
     def with_those_of(self, before: BuildSettings | None) -> BuildOptions:
         """These and, where nothing was asked for, those of the FMU that is the source, if it is one."""
@@ -132,14 +120,3 @@ class BuildOptions:
         if self.backend in (None, before.backend):
             names += ["fmi"]
         return replace(self, **{name: getattr(self, name) or getattr(before, name) for name in names})
-
-    def target(self, folder: str | Path, name: str, kind: str) -> Path:
-        """Where an FMU of this kind of a model of this name is written."""
-        from ...fmu.archive import fmu_path  # slow to import
-
-        return fmu_path(folder, name, kind, self.version)
-
-    @property
-    def of_springs(self) -> dict[str, Any]:
-        """What is asked for that the FMU of a system does not have."""
-        return {name: value for name, value in changed(self).items() if name not in ("fmi", "platforms", "author")}

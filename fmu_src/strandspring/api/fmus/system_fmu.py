@@ -3,102 +3,77 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ...core.variables import Variable
 from ...errors import MountedSystemError
 from ...fmu.checks.check import CheckReport
-from ...fmu.native.platforms import Platform
 from ...fmu.system.system_check import examine_system_fmu
 from ...fmu.system.system_files import SystemOfFmu, SystemSettings, is_system_fmu, system_files
 from ...fmu.system.system_native import build_system_fmu, system_identifier
 from ...fmu.system.system_variables import ForceInput, SystemFmuOptions, system_variables
 from ...model.certificate import certified
 from ...vibration.bodies.loads import ChannelKind, LoadCase
-from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import rest
 from ...vibration.bodies.small_motion import SmallMotion
-from ...vibration.description.system_file import SystemFile, load_system_file
+from ...vibration.description.system_file import load_system_file
 from ..common.result import Result, Table
 from ..common.text import counted
 from ..vibration.candidates import MODES, RestingSystem, rest_tables
+from .options import BuildOptions
 
 # Of the largest stable step: an error of some 0.1 % at the highest natural frequency.
 _OF_STABLE = 0.05
 
 
-@dataclass(frozen=True, eq=False)
-class SystemToBuild:
-    """One candidate of a SYSTEM.toml, and how its FMU is built."""
+def build_system(
+    path: str, folder: Path, building: BuildOptions, candidate: str | None, claim: Callable[[Path], None],
+    place: Callable[..., CheckReport],
+) -> tuple[list[str], dict[str, Any], int, dict[str, CheckReport]]:  # fmt: skip
+    """Build the FMU of one candidate of a SYSTEM.toml, or again that of the FMU of a system: the fields of `Built`.
 
-    file: SystemFile
-    candidate: str
-    system: MountedSystem
-    options: SystemFmuOptions
+    `claim` refuses a path that must not be written; `place` takes it and functions that build and check an FMU.
 
-    @classmethod
-    def load(cls, path: str, candidate: str | None = None, author: str = "", fmi: int | None = None) -> SystemToBuild:
-        """From a SYSTEM.toml, or the FMU of a system with its candidate and, by default, its author and FMI.
-
-        Raises
-        ------
-        MountedSystemError   If the file is wrong, has no such candidate, or its bodies cannot rest.
-        ModelError           If a spring does not meet its certificate.
-        """
-        if is_system_fmu(path):
-            held = SystemOfFmu.load(path)
-            before, name = held.settings.options, held.settings.candidate
-            if candidate not in (None, name):
-                raise MountedSystemError(
-                    f"{held.file.path} is of the candidate {name}; build that of another one from the SYSTEM.toml."
-                )
-            options = replace(before, author=author or before.author, fmi=fmi or before.fmi)
-            return cls(held.file, name, held.system, options)
+    Raises
+    ------
+    MountedSystemError   If the file is wrong, has no such candidate, or its bodies cannot rest.
+    ModelError           If a spring does not meet its certificate.
+    """
+    if is_system_fmu(path):
+        held = SystemOfFmu.load(path)
+        file, name, system, before = held.file, held.settings.candidate, held.system, held.settings.options
+        if candidate not in (None, name):
+            raise MountedSystemError(
+                f"{file.path} is of the candidate {name}; build that of another one from the SYSTEM.toml."
+            )
+        options = replace(before, author=building.author or before.author, fmi=building.fmi or before.fmi)
+    else:
         file = load_system_file(path)
         for model in file.models.values():
             certified(model)
-        names = [name for name, _ in file.candidates]
-        if candidate not in (names if len(names) > 1 else (None, *names)):
-            got = "" if candidate is None else f", got {candidate!r:.60}"
-            of = f"an FMU is of one candidate; choose `candidate` among {', '.join(names)}"
-            raise MountedSystemError(f"{file.path}: {of}{got}.")
-        name = candidate or names[0]
-        system = dict(file.candidates)[name]
+        chosen = file.chosen_candidates(candidate)
+        if len(chosen) > 1:
+            names = ", ".join(name for name, _ in chosen)
+            raise MountedSystemError(f"{file.path}: an FMU is of one candidate; choose `candidate` among {names}.")
+        name, system = chosen[0]
         rest(system)  # or the reason why there is none
         stable = SmallMotion.about_nominal(system).stable_step(tilted=True)
         step = min(float(f"{_OF_STABLE * stable:.1e}"), file.options.step or stable)
-        forces = _force_inputs(file.cases)
-        options = SystemFmuOptions(step, stable, file.options.rest_omega or 0.0, forces, author, fmi or 2)
-        return cls(file, name, system, options)
-
-    def target(self, folder: Path) -> Path:
-        """Where its FMU is written."""
-        return folder / f"{system_identifier(self.system, self.options.fmi)}.fmu"
-
-    def build(self, folder: Path, platforms: Sequence[Platform] | None) -> Path:
-        """Write its FMU into a folder."""
-        files = system_files(self.file, self.candidate, self.options)
-        return build_system_fmu(self.system, folder, self.options, platforms, files)
-
-    def examine(self, fmu: Path) -> CheckReport:
-        """Validate and run its FMU."""
-        return examine_system_fmu(fmu, self.system, self.options)
-
-    @property
-    def lines(self) -> list[str]:
-        """What it is, in words."""
-        steps, inputs = f"Internal step: {_steps(self.options)}", f"Inputs: {', '.join(self.content['inputs'])}"
-        return [f"System: {self.file.name}, {self.candidate}", inputs, steps]
-
-    @property
-    def content(self) -> dict[str, Any]:
-        """The same for JSON."""
-        of, inputs = self.options, _names(system_variables(self.system, self.options), "input")
-        steps = {"step": of.step, "stable_step": of.largest_step}
-        return {"name": self.file.name, "candidate": self.candidate, **steps, "inputs": inputs}
+        forces, omega = _force_inputs(file.cases), file.options.rest_omega or 0.0
+        options = SystemFmuOptions(step, stable, omega, forces, building.author, building.version)
+    target, files = folder / f"{system_identifier(system, options.fmi)}.fmu", system_files(file, name, options)
+    claim(target)
+    build = partial(build_system_fmu, system, options=options, platforms=building.chosen_platforms, description=files)
+    check = place(target, build, partial(examine_system_fmu, system=system, options=options))
+    inputs = _names(system_variables(system, options), "input")
+    lines = [f"System: {file.name}, {name}", f"Inputs: {', '.join(inputs)}", f"Internal step: {_steps(options)}"]
+    steps = {"step": options.step, "stable_step": options.largest_step}
+    content = {"system": path, "name": file.name, "candidate": name, **steps, "inputs": inputs}
+    return lines, content, options.fmi, {"system": check}
 
 
 def _force_inputs(cases: Sequence[LoadCase]) -> tuple[ForceInput, ...]:
