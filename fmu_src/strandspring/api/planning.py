@@ -13,7 +13,7 @@ import numpy as np
 from ..campaigns.planning.blocks import Block
 from ..campaigns.planning.figures import pace_of
 from ..campaigns.planning.limits import Limits
-from ..campaigns.planning.planned import Planned, PlannedBlock, planned
+from ..campaigns.planning.planned import Planned, planned
 from ..campaigns.planning.prior import Prior, prior_of_model, prior_of_stiffness
 from ..errors import OptionError
 from ..findings import Finding, Outcome
@@ -71,29 +71,17 @@ class Program(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TestPlan(PlottedResult):
-    """A test: its blocks, what each decides, and how well the spring will be known.
-
-    Attributes
-    ----------
-    plan : Planned
-    findings : tuple of Finding   What was assumed, and what the limits leave.
+class TestPlan(PlottedResult, Planned):
+    """A test: its blocks, what each decides, and how well the spring will be known; it has the attributes of a
+    `Planned`, whose findings also say what was assumed.
     """
 
     __test__ = False  # no test of pytest
     _size = (9.0, 4.0)
 
-    plan: Planned
-    findings: tuple[Finding, ...]
-
-    @property
-    def blocks(self) -> tuple[PlannedBlock, ...]:
-        """The blocks in their order."""
-        return self.plan.blocks
-
     def program(self) -> Program:
         """The programme at the rig's sample rate; it begins and ends at rest in the middle of the range."""
-        return Program(*self.plan.path)
+        return Program(*self.path)
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the programme: time [s] and displacement [mm].
@@ -111,30 +99,29 @@ class TestPlan(PlottedResult):
         content = self.content()
         low, high = (1e3 * end for end in content["displacement"])
         yield (
-            f"Test for {self.plan.name}: {self.plan.duration:.4g} s, {low:.4g} to {high:.4g} mm, up to "
-            f"{1e3 * content['velocity']:.3g} mm/s, {self.plan.force[0]:.3g} to {self.plan.force[1]:.3g} N"
+            f"Test for {self.name}: {self.duration:.4g} s, {low:.4g} to {high:.4g} mm, up to "
+            f"{1e3 * content['velocity']:.3g} mm/s, {self.force[0]:.3g} to {self.force[1]:.3g} N"
         )
         yield from (content["blocks"], content["figures"])
 
     def content(self) -> dict[str, Any]:
         """The plan with its blocks and figures."""
-        plan = self.plan
-        ends = [end for leg in plan.legs for end in (leg.start, leg.end)]
-        known = zip(plan.figures, plan.before.tolist(), plan.after.tolist(), strict=True)
+        ends = [end for leg in self.legs for end in (leg.start, leg.end)]
+        known = zip(self.figures, self.before.tolist(), self.after.tolist(), strict=True)
         figures = [{**vars(figure), "before": before, "after": after} for figure, before, after in known]
         blocks = [
             {**vars(block.block), **vars(block), "frequency": block.frequency or None, "block": _named(block.block)}
-            for block in plan.blocks
+            for block in self.blocks
         ]
         return {
-            "for": plan.name,
-            "duration": plan.duration,
+            "for": self.name,
+            "duration": self.duration,
             "displacement": (min(ends), max(ends)),
-            "velocity": max(block.velocity for block in plan.blocks),
-            "acceleration": max(leg.acceleration for leg in plan.legs),
-            "force": plan.force,
-            "sample_rate": plan.limits.sample_rate,
-            "speeds": {pace_of(speed): speed for speed in plan.speeds},
+            "velocity": max(block.velocity for block in self.blocks),
+            "acceleration": max(leg.acceleration for leg in self.legs),
+            "force": self.force,
+            "sample_rate": self.limits.sample_rate,
+            "speeds": {pace_of(speed): speed for speed in self.speeds},
             "blocks": Table(_BLOCKS, blocks),
             "figures": Table(_FIGURES, figures, "Half of the 95 % intervals, now and after the test:"),
         }
@@ -200,7 +187,7 @@ def plan(
         limits = replace(limits, velocity=velocity)
     with one_thread():  # for matrices as small as these more threads only cost
         chosen = planned(prior, limits)
-    return TestPlan(chosen, (*assumed, *chosen.findings))
+    return TestPlan(**vars(chosen) | {"findings": (*assumed, *chosen.findings)})
 
 
 def _prior(source: Any, stiffness: float | None, limits: Limits, reading: Reading) -> Prior:
