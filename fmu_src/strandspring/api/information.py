@@ -19,14 +19,13 @@ from ..ground.arguments import numbers
 from ..ground.files import write_csv
 from ..ground.options import refuse_given, takes
 from ..ground.quoting import printable
-from ..ground.result_columns import values
 from ..ground.strict_json import objects
 from ..identification.figures import Followed, RecordFit, predict_record
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.campaign import Overlap, RateIndependence, campaign_verdicts
 from ..loops.cycles import MeasuredLoop, measured_loops
-from ..loops.loop import LOOP_FIGURES, PANELS, Loop, relaxed_branches, steady_loop
+from ..loops.loop import PANELS, Loop, relaxed_branches, steady_loop
 from ..loops.reading import Reading
 from ..model.coordinates import counted_from, zero_sentence
 from ..model.joint import ForceInterval, JointCovariance
@@ -36,7 +35,7 @@ from ..model.stated_figures import in_words, stated_fit, stated_fits, stated_jso
 from ..records.record import Record
 from .common.given import Source, effects_of, given_records, of_records, outside, records_of, unrecorded
 from .common.model_source import ModelSource, describes_system, model_of, origin_of, path_of, source_of
-from .common.result import PlottedResult, picked
+from .common.result import PlottedResult
 from .common.table import Table
 from .common.text import fit_table, loop_table, parameter_table, shape_of, verdict_json
 
@@ -119,17 +118,12 @@ class Information(PlottedResult):
 
     def content(self) -> dict[str, Any]:
         """Parameters, what the file states of the fit, and the loops."""
-        loops = [{"source": "model", **values(LOOP_FIGURES, loop.figures)} for loop in self.modelled]
-        for loop in self.loops:
-            of_record = picked(loop, "cycles", "frequency", "gap", "spread")
-            loops.append({"source": loop.path, **values(LOOP_FIGURES, loop.figures), **of_record})
-            loops.append({"source": "model", **values(LOOP_FIGURES, loop.predicted)})
         return {
             "name": self.model.name,
             "parameters": self.parameters.as_dict(),
             "zero": self.zero,
             "fit": stated_json(self.model),
-            "loops": loops,
+            "loops": [{key: one for key, one in row.items() if key != "from"} for row in self.table.rows],
             "rate_independence": verdict_json(self.rate_independence),
             "overlap": verdict_json(self.overlap),
         }
