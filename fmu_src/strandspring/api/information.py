@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -49,7 +48,7 @@ _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
 # Of files, by the columns of a prediction.
 _HEADINGS = {
-    "record": "record", "displacement": "displacement [mm]", "force": "force [N]", "predicted": "predicted force [N]",
+    "displacement": "displacement [mm]", "force": "force [N]", "predicted": "predicted force [N]",
     "lower": "lower [N]", "upper": "upper [N]",
 }  # fmt: skip
 
@@ -235,33 +234,6 @@ class Prediction(Followed, PlottedResult):
     findings: tuple[Finding, ...]
     interval: tuple[ForceInterval, JointCovariance] | None
 
-    @cached_property
-    def half_widths(self) -> tuple[FloatArray, ...]:
-        """Half of the 95 % prediction interval along each record [N], NaN if the model has none."""
-
-        def width(record: Record, fit: RecordFit) -> FloatArray:
-            if self.interval is None:
-                return np.full(len(record), np.nan)
-            x, start, time = record.displacement, fit.omega_start, record.rising_time
-            interval, joint = self.interval
-            error = joint.errors(self.model.parameters, lambda moved: PathSolver(moved).force(x, start, time))
-            return interval.reach(fit.predicted, error)
-
-        return tuple(map(width, self.records, self.fits))
-
-    def columns(self) -> dict[str, FloatArray]:
-        """All samples in SI units, with the number of their record from 1 and ends of the 95 % interval."""
-        predicted = np.concatenate([fit.predicted for fit in self.fits])
-        width = np.concatenate(self.half_widths)
-        return {
-            "record": np.repeat(np.arange(1, len(self.records) + 1), [*map(len, self.records)]),
-            "displacement": np.concatenate([record.displacement for record in self.records]),
-            "force": np.concatenate([record.force for record in self.records]),
-            "predicted": predicted,
-            "lower": predicted - width,
-            "upper": predicted + width,
-        }
-
     def parts(self, brief: bool) -> Iterator[str | Table]:
         """How well the model follows each record, and all if there are several."""
         if not brief:
@@ -279,18 +251,27 @@ class Prediction(Followed, PlottedResult):
         ------
         StrandspringError   If the file cannot be written.
         """
-        columns = self.columns()
-        columns["displacement"] = 1e3 * columns["displacement"]
-        known = {name: values for name, values in columns.items() if not np.isnan(values).all()}
-        rows = zip(*(values.tolist() for values in known.values()), strict=True)
-        write_csv(Path(path), [_HEADINGS[name] for name in known], rows)
+        frame = self.to_frame().dropna(axis="columns", how="all")
+        frame["displacement"] *= 1e3
+        frame["record"] = np.repeat(np.arange(1, len(self.records) + 1), [*map(len, self.records)])
+        write_csv(Path(path), map(str, frame.rename(columns=_HEADINGS)), frame.itertuples(index=False))
 
     def to_frame(self) -> pd.DataFrame:
-        """One sample in each row, with the columns of `columns`, and of the record its path."""
+        """One sample in each row in SI units, with its record and the ends of the 95 % interval, NaN if unknown."""
         import pandas as pd
 
-        paths = np.repeat([record.path for record in self.records], [*map(len, self.records)])
-        return pd.DataFrame({**self.columns(), "record": paths})
+        frames = []
+        for record, fit in zip(self.records, self.fits, strict=True):
+            width: float | FloatArray = np.nan
+            if self.interval is not None:
+                interval, joint = self.interval
+                x, start, time = record.displacement, fit.omega_start, record.rising_time
+                error = joint.errors(self.model.parameters, lambda p: PathSolver(p).force(x, start, time))  # noqa: B023
+                width = interval.reach(fit.predicted, error)
+            columns = {"displacement": record.displacement, "force": record.force, "predicted": fit.predicted}
+            ends = {"lower": fit.predicted - width, "upper": fit.predicted + width}
+            frames.append(pd.DataFrame({"record": record.path, **columns, **ends}))
+        return pd.concat(frames, ignore_index=True)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw measured and predicted force over displacement; returns the axes, new ones if None."""
