@@ -13,7 +13,7 @@ import numpy as np
 from ..campaigns.planning.blocks import Block
 from ..campaigns.planning.figures import pace_of
 from ..campaigns.planning.limits import Limits
-from ..campaigns.planning.planned import Planned, planned
+from ..campaigns.planning.planned import Planned, PlannedBlock, planned
 from ..campaigns.planning.prior import Prior, prior_of_model, prior_of_stiffness
 from ..errors import OptionError
 from ..findings import Finding, Outcome
@@ -21,7 +21,7 @@ from ..ground.arguments import number
 from ..ground.files import write_csv
 from ..ground.one_thread import one_thread
 from ..ground.options import takes
-from ..ground.result_columns import ResultColumn
+from ..ground.result_columns import ResultColumn, columns_of
 from ..identification.identified import IdentifiedModel
 from ..kernel.arrays import FloatArray
 from ..loops.campaign import RateVerdict, campaign_verdicts
@@ -37,28 +37,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _QUIET = 4.0  # time of the largest loop where no velocity is known [s]
-_INTERVALS = (
-    ResultColumn("before", "1", "half of the 95 % interval before, over the value", "now", "%", 100.0, 2),
-    ResultColumn("after", "1", "half of the 95 % interval after, over the value", "then", "%", 100.0, 2),
-)
 _BLOCKS = (
-    ResultColumn("block", "", "", "block"),
     ResultColumn("kind", "", "kind"),
-    ResultColumn("amplitude", "m", "amplitude", "+-", "mm", 1e3, 3),
-    ResultColumn("centre", "m", "centre", "at", "mm", 1e3),
     ResultColumn("cycles", "1", "cycles"),
-    ResultColumn("velocity", "m/s", "mean velocity"),
-    ResultColumn("frequency", "Hz", "frequency"),
     ResultColumn("rest", "s", "rest"),
-    ResultColumn("begin", "s", "begin"),
-    ResultColumn("duration", "s", "duration", "time", "s", digits=3),
-    ResultColumn("decides", "", "what it decides most", "decides most"),
-    *_INTERVALS,
+    *columns_of(PlannedBlock),
 )
 _FIGURES = (
     ResultColumn("quantity", "", "quantity", "figure"),
     ResultColumn("of", "", "of what", "of"),
-    *_INTERVALS,
+    *columns_of(PlannedBlock)[-2:],
 )
 _RATES = (RateVerdict.INDEPENDENT, RateVerdict.LITTLE, RateVerdict.DEPENDENT)
 
