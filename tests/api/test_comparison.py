@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from strandspring import RefinedOptions, Spring, SpringParameters, StrandspringError, compare, identify
-from strandspring.api.differences import ComparisonVerdict, loop_figures
+from strandspring.api.comparison import ComparisonVerdict, loop_figures
 from strandspring.kernel.path import PathSolver
 from strandspring.model.joint import HYSTERETIC_UNITS
 from strandspring.model.modelfile import ModelFile

@@ -54,7 +54,7 @@ IN_WORDS = [name for name in MADE if name not in ("Record", "Spring")]
 STATED = ("Information", "Isolation", "SystemIsolation", "Simulation", "SystemInformation", "TestPlan", "Verification")
 SAVED = ("Isolation", "SystemIsolation", "StudyResult", "TestPlan")  # all by one function
 ELSEWHERE = ("TestPlan",)  # the figures have other files
-PLOTTED = [name for name in MADE if name not in ("Verification", "SystemInformation")]
+PLOTTED = [name for name in MADE if name not in ("Verification", "Information", "SystemInformation")]
 
 
 @cache
@@ -143,7 +143,7 @@ def test_what_is_drawn() -> None:
     def lines(name: str) -> list[Any]:
         return list(np.ravel(made(name).plot(Figure().subplots()))[0].lines)
 
-    record, columns, frame = made("Record"), made("Prediction").columns(), made("Isolation").to_frame()
+    record, columns, frame = made("Record"), made("Prediction").to_frame(), made("Isolation").to_frame()
     (line,) = lines("Record")
     assert np.array_equal(line.get_xydata(), np.column_stack([1e3 * record.displacement, record.force]))
     assert [loop.get_xdata()[0] for loop in lines("Spring")[::2]] == pytest.approx([-20.0, -15.0, -10.0, -5.0])

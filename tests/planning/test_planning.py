@@ -120,7 +120,7 @@ def test_a_programme_keeps_to_all_limits(spring: Any, data: st.DataObject) -> No
     force = Spring(spring).response(path, time=time)
     assert np.abs(force).max() <= limit
     # What is printed holds the force of the spring along the programme.
-    assert test.plan.force[0] - 1e-6 * limit <= force.min() <= force.max() <= test.plan.force[1] + 1e-6 * limit
+    assert test.force[0] - 1e-6 * limit <= force.min() <= force.max() <= test.force[1] + 1e-6 * limit
 
 
 # -- what is chosen
@@ -146,10 +146,10 @@ def test_one_amplitude_calls_for_small_loops_and_another_rate_and_decides_as_pro
     assert any(block.amplitude <= 0.5 * AMPLITUDE for block in test.blocks)
     assert any(block.block.kind in ("rate", "dwell") for block in test.blocks)
     assert test.blocks[0].amplitude == pytest.approx(AMPLITUDE, rel=0.02)
-    decided = {f.of: (b, a) for f, b, a in zip(test.plan.figures, test.plan.before, test.plan.after, strict=True)}
+    decided = {f.of: (b, a) for f, b, a in zip(test.figures, test.before, test.after, strict=True)}
     assert decided["10 % loops"][0] > 0.2
     assert decided["10 % loops"][1] < 0.1
-    assert np.all(test.plan.after <= test.plan.before * (1.0 + 1e-9))
+    assert np.all(test.after <= test.before * (1.0 + 1e-9))
     # As identified from both records, by an identification that knows of no plan.
     time, path = test.program()
     found = identify([first, recorded(path, time, 3)])
@@ -160,18 +160,18 @@ def test_one_amplitude_calls_for_small_loops_and_another_rate_and_decides_as_pro
         assert abs(value / getattr(TRUE, name) - 1.0) < 2.0 * promised  # 4 standard deviations
     rates = plan([first, sines(AMPLITUDE, 0.2, 2)], **RIG)
     assert {block.block.kind for block in rates.blocks} <= {"loops", "minor loops"}
-    assert rates.plan.speeds == ()
+    assert rates.speeds == ()
 
 
 def test_limits_narrow_the_range_and_parts_of_a_spring_are_decided() -> None:
     free = plan(Spring(TRUE), **RIG)
-    held = plan(Spring(TRUE), force_limit=0.7 * max(map(abs, free.plan.force)), **RIG)
+    held = plan(Spring(TRUE), force_limit=0.7 * max(map(abs, free.force)), **RIG)
     assert np.ptp(held.program().displacement) < 0.95 * np.ptp(free.program().displacement)
     assert "force limit" in " ".join(held.notes)
     beyond = plan(Spring(TRUE), stroke=(MEAN - 2.0 * AMPLITUDE, MEAN + 0.5 * AMPLITUDE), **RIG)
     assert "stays within the range" in " ".join(beyond.notes)
     assert "assumed" in plan(Spring(TRUE)).notes[0]
     # Of branches and a second mechanism the test decides, too.
-    known = plan(Spring(BRANCHED["both"]), velocity=0.2, duration=200.0).plan
+    known = plan(Spring(BRANCHED["both"]), velocity=0.2, duration=200.0)
     decided = {f.of: a / b for f, b, a in zip(known.figures, known.before, known.after, strict=True)}
     assert max(decided[name] for name in ("second.kappa_omega", "branches[1].stiffness")) < 0.4

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -19,14 +18,13 @@ from ..ground.arguments import numbers
 from ..ground.files import write_csv
 from ..ground.options import refuse_given, takes
 from ..ground.quoting import printable
-from ..ground.result_columns import values
 from ..ground.strict_json import objects
 from ..identification.figures import Followed, RecordFit, predict_record
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.campaign import Overlap, RateIndependence, campaign_verdicts
 from ..loops.cycles import MeasuredLoop, measured_loops
-from ..loops.loop import LOOP_FIGURES, PANELS, Loop, relaxed_branches, steady_loop
+from ..loops.loop import Loop, relaxed_branches, steady_loop
 from ..loops.reading import Reading
 from ..model.coordinates import counted_from, zero_sentence
 from ..model.joint import ForceInterval, JointCovariance
@@ -36,7 +34,7 @@ from ..model.stated_figures import in_words, stated_fit, stated_fits, stated_jso
 from ..records.record import Record
 from .common.given import Source, effects_of, given_records, of_records, outside, records_of, unrecorded
 from .common.model_source import ModelSource, describes_system, model_of, origin_of, path_of, source_of
-from .common.result import PlottedResult, Table, picked
+from .common.result import PlottedResult, Result, Table
 from .common.text import fit_table, loop_table, parameter_table, shape_of, verdict_json
 
 if TYPE_CHECKING:
@@ -49,13 +47,13 @@ _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
 # Of files, by the columns of a prediction.
 _HEADINGS = {
-    "record": "record", "displacement": "displacement [mm]", "force": "force [N]", "predicted": "predicted force [N]",
+    "displacement": "displacement [mm]", "force": "force [N]", "predicted": "predicted force [N]",
     "lower": "lower [N]", "upper": "upper [N]",
 }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Information(PlottedResult):
+class Information(Result):
     """A model's loops, and those of records with the model's between the same turning points.
 
     Attributes
@@ -71,8 +69,6 @@ class Information(PlottedResult):
     overlap : Overlap or None      Whether the loading paths of different amplitudes overlap.
     findings : tuple of Finding
     """
-
-    _size, _grid = (12.0, 4.0), (1, 3)
 
     source: str
     model: ModelFile
@@ -118,33 +114,15 @@ class Information(PlottedResult):
 
     def content(self) -> dict[str, Any]:
         """Parameters, what the file states of the fit, and the loops."""
-        loops = [{"source": "model", **values(LOOP_FIGURES, loop.figures)} for loop in self.modelled]
-        for loop in self.loops:
-            of_record = picked(loop, "cycles", "frequency", "gap", "spread")
-            loops.append({"source": loop.path, **values(LOOP_FIGURES, loop.figures), **of_record})
-            loops.append({"source": "model", **values(LOOP_FIGURES, loop.predicted)})
         return {
             "name": self.model.name,
             "parameters": self.parameters.as_dict(),
             "zero": self.zero,
             "fit": stated_json(self.model),
-            "loops": loops,
+            "loops": [{key: one for key, one in row.items() if key != "from"} for row in self.table.rows],
             "rate_independence": verdict_json(self.rate_independence),
             "overlap": verdict_json(self.overlap),
         }
-
-    def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
-        """Draw secant stiffness, energy and loss factor over the amplitude; returns the axes, new ones if None."""
-        panels = self._axes(ax)
-        frame = self.to_frame().sort_values("amplitude")
-        for axis, column in zip(panels, PANELS, strict=True):
-            for source, rows in frame.groupby("source", sort=False):
-                amplitudes, shown = 1e3 * rows["amplitude"], column.factor * rows[column.key]
-                style = "kx" if source == "model" else "o"
-                axis.plot(amplitudes, shown, style, label=PurePath(str(source)).name)
-            axis.set(xlabel="amplitude [mm]", ylabel=column.label)
-        panels[0].legend(fontsize=8)
-        return panels
 
 
 @takes(reading=Reading)
@@ -255,33 +233,6 @@ class Prediction(Followed, PlottedResult):
     findings: tuple[Finding, ...]
     interval: tuple[ForceInterval, JointCovariance] | None
 
-    @cached_property
-    def half_widths(self) -> tuple[FloatArray, ...]:
-        """Half of the 95 % prediction interval along each record [N], NaN if the model has none."""
-
-        def width(record: Record, fit: RecordFit) -> FloatArray:
-            if self.interval is None:
-                return np.full(len(record), np.nan)
-            x, start, time = record.displacement, fit.omega_start, record.rising_time
-            interval, joint = self.interval
-            error = joint.errors(self.model.parameters, lambda moved: PathSolver(moved).force(x, start, time))
-            return interval.reach(fit.predicted, error)
-
-        return tuple(map(width, self.records, self.fits))
-
-    def columns(self) -> dict[str, FloatArray]:
-        """All samples in SI units, with the number of their record from 1 and ends of the 95 % interval."""
-        predicted = np.concatenate([fit.predicted for fit in self.fits])
-        width = np.concatenate(self.half_widths)
-        return {
-            "record": np.repeat(np.arange(1, len(self.records) + 1), [*map(len, self.records)]),
-            "displacement": np.concatenate([record.displacement for record in self.records]),
-            "force": np.concatenate([record.force for record in self.records]),
-            "predicted": predicted,
-            "lower": predicted - width,
-            "upper": predicted + width,
-        }
-
     def parts(self, brief: bool) -> Iterator[str | Table]:
         """How well the model follows each record, and all if there are several."""
         if not brief:
@@ -299,18 +250,27 @@ class Prediction(Followed, PlottedResult):
         ------
         StrandspringError   If the file cannot be written.
         """
-        columns = self.columns()
-        columns["displacement"] = 1e3 * columns["displacement"]
-        known = {name: values for name, values in columns.items() if not np.isnan(values).all()}
-        rows = zip(*(values.tolist() for values in known.values()), strict=True)
-        write_csv(Path(path), [_HEADINGS[name] for name in known], rows)
+        frame = self.to_frame().dropna(axis="columns", how="all")
+        frame["displacement"] *= 1e3
+        frame["record"] = np.repeat(np.arange(1, len(self.records) + 1), [*map(len, self.records)])
+        write_csv(Path(path), map(str, frame.rename(columns=_HEADINGS)), frame.itertuples(index=False))
 
     def to_frame(self) -> pd.DataFrame:
-        """One sample in each row, with the columns of `columns`, and of the record its path."""
+        """One sample in each row in SI units, with its record and the ends of the 95 % interval, NaN if unknown."""
         import pandas as pd
 
-        paths = np.repeat([record.path for record in self.records], [*map(len, self.records)])
-        return pd.DataFrame({**self.columns(), "record": paths})
+        frames = []
+        for record, fit in zip(self.records, self.fits, strict=True):
+            width: float | FloatArray = np.nan
+            if self.interval is not None:
+                interval, joint = self.interval
+                x, start, time = record.displacement, fit.omega_start, record.rising_time
+                error = joint.errors(self.model.parameters, lambda p: PathSolver(p).force(x, start, time))  # noqa: B023
+                width = interval.reach(fit.predicted, error)
+            columns = {"displacement": record.displacement, "force": record.force, "predicted": fit.predicted}
+            ends = {"lower": fit.predicted - width, "upper": fit.predicted + width}
+            frames.append(pd.DataFrame({"record": record.path, **columns, **ends}))
+        return pd.concat(frames, ignore_index=True)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw measured and predicted force over displacement; returns the axes, new ones if None."""

@@ -21,7 +21,7 @@ from ..ground.arguments import number
 from ..ground.files import write_csv
 from ..ground.one_thread import one_thread
 from ..ground.options import takes
-from ..ground.result_columns import ResultColumn
+from ..ground.result_columns import ResultColumn, columns_of
 from ..identification.identified import IdentifiedModel
 from ..kernel.arrays import FloatArray
 from ..loops.campaign import RateVerdict, campaign_verdicts
@@ -36,28 +36,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _QUIET = 4.0  # time of the largest loop where no velocity is known [s]
-_INTERVALS = (
-    ResultColumn("before", "1", "half of the 95 % interval before, over the value", "now", "%", 100.0, 2),
-    ResultColumn("after", "1", "half of the 95 % interval after, over the value", "then", "%", 100.0, 2),
-)
 _BLOCKS = (
-    ResultColumn("block", "", "", "block"),
     ResultColumn("kind", "", "kind"),
-    ResultColumn("amplitude", "m", "amplitude", "+-", "mm", 1e3, 3),
-    ResultColumn("centre", "m", "centre", "at", "mm", 1e3),
     ResultColumn("cycles", "1", "cycles"),
-    ResultColumn("velocity", "m/s", "mean velocity"),
-    ResultColumn("frequency", "Hz", "frequency"),
     ResultColumn("rest", "s", "rest"),
-    ResultColumn("begin", "s", "begin"),
-    ResultColumn("duration", "s", "duration", "time", "s", digits=3),
-    ResultColumn("decides", "", "what it decides most", "decides most"),
-    *_INTERVALS,
+    *columns_of(PlannedBlock),
 )
 _FIGURES = (
     ResultColumn("quantity", "", "quantity", "figure"),
     ResultColumn("of", "", "of what", "of"),
-    *_INTERVALS,
+    *columns_of(PlannedBlock)[-2:],
 )
 _RATES = (RateVerdict.INDEPENDENT, RateVerdict.LITTLE, RateVerdict.DEPENDENT)
 
@@ -70,29 +58,17 @@ class Program(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TestPlan(PlottedResult):
-    """A test: its blocks, what each decides, and how well the spring will be known.
-
-    Attributes
-    ----------
-    plan : Planned
-    findings : tuple of Finding   What was assumed, and what the limits leave.
+class TestPlan(PlottedResult, Planned):
+    """A test: its blocks, what each decides, and how well the spring will be known; it has the attributes of a
+    `Planned`, whose findings also say what was assumed.
     """
 
     __test__ = False  # no test of pytest
     _size = (9.0, 4.0)
 
-    plan: Planned
-    findings: tuple[Finding, ...]
-
-    @property
-    def blocks(self) -> tuple[PlannedBlock, ...]:
-        """The blocks in their order."""
-        return self.plan.blocks
-
     def program(self) -> Program:
         """The programme at the rig's sample rate; it begins and ends at rest in the middle of the range."""
-        return Program(*self.plan.path)
+        return Program(*self.path)
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the programme: time [s] and displacement [mm].
@@ -110,30 +86,29 @@ class TestPlan(PlottedResult):
         content = self.content()
         low, high = (1e3 * end for end in content["displacement"])
         yield (
-            f"Test for {self.plan.name}: {self.plan.duration:.4g} s, {low:.4g} to {high:.4g} mm, up to "
-            f"{1e3 * content['velocity']:.3g} mm/s, {self.plan.force[0]:.3g} to {self.plan.force[1]:.3g} N"
+            f"Test for {self.name}: {self.duration:.4g} s, {low:.4g} to {high:.4g} mm, up to "
+            f"{1e3 * content['velocity']:.3g} mm/s, {self.force[0]:.3g} to {self.force[1]:.3g} N"
         )
         yield from (content["blocks"], content["figures"])
 
     def content(self) -> dict[str, Any]:
         """The plan with its blocks and figures."""
-        plan = self.plan
-        ends = [end for leg in plan.legs for end in (leg.start, leg.end)]
-        known = zip(plan.figures, plan.before.tolist(), plan.after.tolist(), strict=True)
+        ends = [end for leg in self.legs for end in (leg.start, leg.end)]
+        known = zip(self.figures, self.before.tolist(), self.after.tolist(), strict=True)
         figures = [{**vars(figure), "before": before, "after": after} for figure, before, after in known]
         blocks = [
             {**vars(block.block), **vars(block), "frequency": block.frequency or None, "block": _named(block.block)}
-            for block in plan.blocks
+            for block in self.blocks
         ]
         return {
-            "for": plan.name,
-            "duration": plan.duration,
+            "for": self.name,
+            "duration": self.duration,
             "displacement": (min(ends), max(ends)),
-            "velocity": max(block.velocity for block in plan.blocks),
-            "acceleration": max(leg.acceleration for leg in plan.legs),
-            "force": plan.force,
-            "sample_rate": plan.limits.sample_rate,
-            "speeds": {pace_of(speed): speed for speed in plan.speeds},
+            "velocity": max(block.velocity for block in self.blocks),
+            "acceleration": max(leg.acceleration for leg in self.legs),
+            "force": self.force,
+            "sample_rate": self.limits.sample_rate,
+            "speeds": {pace_of(speed): speed for speed in self.speeds},
             "blocks": Table(_BLOCKS, blocks),
             "figures": Table(_FIGURES, figures, "Half of the 95 % intervals, now and after the test:"),
         }
@@ -199,7 +174,7 @@ def plan(
         limits = replace(limits, velocity=velocity)
     with one_thread():  # for matrices as small as these more threads only cost
         chosen = planned(prior, limits)
-    return TestPlan(chosen, (*assumed, *chosen.findings))
+    return TestPlan(**vars(chosen) | {"findings": (*assumed, *chosen.findings)})
 
 
 def _prior(source: Any, stiffness: float | None, limits: Limits, reading: Reading) -> Prior:

@@ -15,7 +15,6 @@ from ..errors import OptionError, Reader
 from ..findings import Finding, Outcome, gathered
 from ..ground.arguments import numbers
 from ..ground.options import changed, refuse_given, takes
-from ..kernel.arrays import IndexArray
 from ..kernel.path import PathSolver
 from ..loops.cycles import measured_loops
 from ..loops.reading import Reading
@@ -153,32 +152,38 @@ def synthesize(model: ModelSource, amplitudes: ArrayLike | None = None, *, sampl
     given = None if amplitudes is None else numbers("amplitudes", amplitudes, "m")
     if given is not None and not all(0.0 < reach < np.inf for reach in given or (0.0,)):
         raise OptionError(f"`amplitudes` must be finite and > 0 [m], got {amplitudes!r}.")
-    if isinstance(model, str) and model == NI:
+    is_ni = isinstance(model, str) and model == NI
+    if is_ni:
         others = {name: value for name, value in changed(sampling).items() if name not in _OF_NI}
         refuse_given("{option} does not apply to {where}; leave it out.", "Ni's experiment", **others)
-        (amplitude,) = given or (5e-3,)
-        if amplitude > _MOST_OF_NI:
-            raise OptionError(f"`amplitudes` must be one of at most {_MOST_OF_NI} [m], got {amplitude!r}.")
-        noise = 0.03 if sampling.noise is None else sampling.noise
-        name, cycles = "Ni's model", sampling.cycles or 1
-        time = 2.0 * np.pi * _samples(cycles, sampling) / sampling.samples
-        ni = PAPER_NI if sampling.exponent is None else replace(PAPER_NI, n=sampling.exponent)
-        period, findings = sine_period(1e3 * amplitude, sampling.samples), []
-        path, force = np.tile(period, cycles), np.tile(steady_force(ni, period), cycles)
+        reaches = given or (5e-3,)
+        if len(reaches) > 1 or reaches[0] > _MOST_OF_NI:
+            raise OptionError(f"`amplitudes` must be one of at most {_MOST_OF_NI} [m], got {amplitudes!r}.")
+        name, cycles, noise = "Ni's model", sampling.cycles or 1, 0.03 if sampling.noise is None else sampling.noise
     else:
         sentence = "{option} is of Ni's experiment, and {where} is given; leave it out."
         refuse_given(sentence, "a model", exponent=sampling.exponent)
         content = model_of(model)
-        p, name = content.parameters, content.name
-        noise, cycles = sampling.noise or 0.0, sampling.cycles or 3
-        reaches = (0.5 * (p.displacement_max - p.displacement_min),) if given is None else given
-        sample = _samples(len(reaches) * cycles, sampling)[: cycles * sampling.samples]
+        p, name, cycles, noise = content.parameters, content.name, sampling.cycles or 3, sampling.noise or 0.0
+        reaches = given or (0.5 * (p.displacement_max - p.displacement_min),)
+    count = len(reaches) * cycles * sampling.samples
+    if count > _MOST_SAMPLES:
+        raise OptionError(
+            f"The record would have {count} samples, more than {_MOST_SAMPLES}; use fewer cycles or samples."
+        )
+    sample, findings = np.arange(cycles * sampling.samples), list[Finding]()
+    if is_ni:
+        time = 2.0 * np.pi * sample / sampling.samples
+        ni = PAPER_NI if sampling.exponent is None else replace(PAPER_NI, n=sampling.exponent)
+        period = sine_period(1e3 * reaches[0], sampling.samples)
+        path, force = np.tile(period, cycles), np.tile(steady_force(ni, period), cycles)
+    else:
         centre = p.displacement_offset if sampling.mean is None else sampling.mean
         sine = np.sin(2.0 * np.pi * (sample / sampling.samples))
         moved = np.concatenate([*(centre + reach * sine for reach in reaches), [centre]])
         time = np.arange(moved.size) / (sampling.samples * sampling.frequency)
         path, force = 1e3 * moved, PathSolver(p).force(moved, 0.0, time)
-        findings = [*outside("", moved, p)]
+        findings += outside("", moved, p)
     if noise:
         force = with_noise(force, noise, sampling.seed)
         findings.insert(0, Finding(Outcome.NOISE, {"noise": noise, "seed": sampling.seed}))
@@ -187,13 +192,3 @@ def synthesize(model: ModelSource, amplitudes: ArrayLike | None = None, *, sampl
     pairs = zip((path, force), steps, strict=True)
     path, force = (np.round(values / step) * step if step > 0.0 else values for values, step in pairs)
     return Record(1e-3 * path, force, time, path=f"<{name}>", findings=tuple(findings))
-
-
-def _samples(cycles: int, sampling: Sampling) -> IndexArray:
-    """Numbers of the samples of cycles; raises OptionError if they are too many."""
-    count = cycles * sampling.samples
-    if count > _MOST_SAMPLES:
-        raise OptionError(
-            f"The record would have {count} samples, more than {_MOST_SAMPLES}; use fewer cycles or samples."
-        )
-    return np.arange(count)

@@ -140,7 +140,8 @@ def loop_table(measured: Sequence[MeasuredLoop], modelled: Sequence[Loop] = (), 
     rows: list[dict[str, Any]] = [{"source": "model", **of(loop.figures)} for loop in modelled]
     for loop in measured:
         source, model = (loop.path, "model") if in_files else (names[loop.path], "  model")
-        rows.append({"source": source, **of(loop.figures), "cycles": loop.cycles, "frequency": loop.frequency})
+        counts = {name: getattr(loop, name) for name in ("cycles", "frequency", "gap", "spread")}
+        rows.append({"source": source, **of(loop.figures), **counts})
         if loop.spread is not None and not in_files:
             scatter = {name: float(f"{value:.2g}") for name, value in asdict(loop.spread).items()}
             rows.append({"source": "  +- by cycle", **scatter})

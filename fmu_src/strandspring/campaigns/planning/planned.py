@@ -10,6 +10,7 @@ import numpy as np
 
 from ...errors import StrandspringError
 from ...findings import Finding, Outcome
+from ...ground.result_columns import figure
 from ...kernel.arrays import FloatArray
 from .blocks import RATE, Block, Range
 from .choice import Setting, chosen_blocks
@@ -33,29 +34,18 @@ _MOST_SAMPLES = 5_000_000
 
 @dataclass(frozen=True, eq=False)
 class PlannedBlock:
-    """A block of a programme with what it decides.
+    """A block of a programme with what it decides."""
 
-    Attributes
-    ----------
-    block : Block
-    centre, amplitude : float   [m]
-    velocity : float            Largest [m/s].
-    frequency : float           Of the loops, if it has any; else 0 [Hz].
-    begin, duration : float     [s]
-    decides : str               Name of the figure that it decides most.
-    before, after : float       Half of the 95 % interval of that figure, share of its value.
-    """
-
-    block: Block
-    centre: float
-    amplitude: float
-    velocity: float
-    frequency: float
-    begin: float
-    duration: float
-    decides: str
-    before: float
-    after: float
+    block: Block = figure("", "", "block")  # noqa: RUF009 - it is a field
+    amplitude: float = figure("m", "amplitude", "+-", "mm", 1e3, 3)
+    centre: float = figure("m", "centre", "at", "mm", 1e3)
+    velocity: float = figure("m/s", "mean velocity")  # the largest one
+    frequency: float = figure("Hz", "frequency")  # of the loops, if it has any; else 0
+    begin: float = figure("s", "begin")
+    duration: float = figure("s", "duration", "time", "s", digits=3)
+    decides: str = figure("", "what it decides most", "decides most")  # name of the figure
+    before: float = figure("1", "half of the 95 % interval before, over the value", "now", "%", 100.0, 2)
+    after: float = figure("1", "half of the 95 % interval after, over the value", "then", "%", 100.0, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,7 +271,7 @@ def _described(
 ) -> PlannedBlock:
     loop = [leg for leg in legs if np.isclose(abs(leg.end - leg.start), 2.0 * block.amplitude * setting.span.half)]
     return PlannedBlock(
-        block, setting.span.at(block.centre), block.amplitude * setting.span.half, max(leg.velocity for leg in legs),
+        block, block.amplitude * setting.span.half, setting.span.at(block.centre), max(leg.velocity for leg in legs),
         0.0 if block.rest else 0.5 / loop[-1].duration, begin, duration_of(legs), figure.name, float(before),
         float(after),
     )  # fmt: skip
