@@ -54,7 +54,7 @@ IN_WORDS = [name for name in MADE if name not in ("Record", "Spring")]
 STATED = ("Information", "Isolation", "SystemIsolation", "Simulation", "SystemInformation", "TestPlan", "Verification")
 SAVED = ("Isolation", "SystemIsolation", "StudyResult", "TestPlan")  # all by one function
 ELSEWHERE = ("TestPlan",)  # the figures have other files
-PLOTTED = [name for name in MADE if name not in ("Verification", "Information", "SystemInformation")]
+PLOTTED = [name for name in MADE if name not in ("Verification", "SystemInformation")]
 
 
 @cache

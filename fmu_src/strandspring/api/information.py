@@ -24,7 +24,7 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.campaign import Overlap, RateIndependence, campaign_verdicts
 from ..loops.cycles import MeasuredLoop, measured_loops
-from ..loops.loop import Loop, relaxed_branches, steady_loop
+from ..loops.loop import PANELS, Loop, relaxed_branches, steady_loop
 from ..loops.reading import Reading
 from ..model.coordinates import counted_from, zero_sentence
 from ..model.joint import ForceInterval, JointCovariance
@@ -34,7 +34,7 @@ from ..model.stated_figures import in_words, stated_fit, stated_fits, stated_jso
 from ..records.record import Record
 from .common.given import Source, effects_of, given_records, of_records, outside, records_of, unrecorded
 from .common.model_source import ModelSource, describes_system, model_of, origin_of, path_of, source_of
-from .common.result import PlottedResult, Result, Table
+from .common.result import PlottedResult, Table
 from .common.text import fit_table, loop_table, parameter_table, shape_of, verdict_json
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ _HEADINGS = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Information(Result):
+class Information(PlottedResult):
     """A model's loops, and those of records with the model's between the same turning points.
 
     Attributes
@@ -69,6 +69,8 @@ class Information(Result):
     overlap : Overlap or None      Whether the loading paths of different amplitudes overlap.
     findings : tuple of Finding
     """
+
+    _size, _grid = (12.0, 4.0), (1, 3)
 
     source: str
     model: ModelFile
@@ -123,6 +125,19 @@ class Information(Result):
             "rate_independence": verdict_json(self.rate_independence),
             "overlap": verdict_json(self.overlap),
         }
+
+    def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
+        """Draw secant stiffness, energy and loss factor over the amplitude; returns the axes, new ones if None."""
+        panels = self._axes(ax)
+        frame = self.to_frame().sort_values("amplitude")
+        for axis, column in zip(panels, PANELS, strict=True):
+            for source, rows in frame.groupby("source", sort=False):
+                amplitudes, shown = 1e3 * rows["amplitude"], column.factor * rows[column.key]
+                style = "kx" if source == "model" else "o"
+                axis.plot(amplitudes, shown, style, label=PurePath(str(source)).name)
+            axis.set(xlabel="amplitude [mm]", ylabel=column.label)
+        panels[0].legend(fontsize=8)
+        return panels
 
 
 @takes(reading=Reading)
