@@ -25,7 +25,7 @@ from ...vibration.description.system_file import SystemFile, load_system_file
 from ..common.result import Result
 from ..common.table import Table
 from ..common.text import counted
-from ..vibration.candidates import MODES, RestingSystem, rest_tables
+from ..vibration.systems import MODES, RestingSystem, rest_tables
 
 # Of the largest stable step: an error of some 0.1 % at the highest natural frequency.
 _OF_STABLE = 0.05
