@@ -6,6 +6,7 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from ...findings import Finding
@@ -31,7 +32,8 @@ if TYPE_CHECKING:
     from ...report.drawing import Chart
 
 _MODEL = ResultColumn("model", "", "model", "model")
-_LEVEL_TEXT = ResultColumn("level_text", "1", "", "level")
+_LEVEL, _LEVEL_TEXT = ResultColumn("level", "", "level"), ResultColumn("level_text", "1", "", "level")
+_BAND = ResultColumn("band", "", "", "band")  # where the resonance is at its end
 _OF_FORCE = ResultColumn("relative", "m/N", "relative motion over force")
 _VERDICTS = {True: "agrees", False: "DIFFERS: the computed motion is not steady or not stable"}
 
@@ -82,21 +84,14 @@ class CheckedMotion(NamedTuple):
     model: IsolatedModel
     response: FrequencyResponse  # the level
     check: SteadyCheck
-
-    @property
-    def agrees(self) -> bool:
-        """Whether the simulation stays on the computed motion."""
-        return self.check.agrees
+    agrees: bool  # whether the simulation stays on the computed motion
 
 
 class Steady(PlottedResult):
-    """Steady motions of parts, each with its `label` and its `responses`."""
+    """Steady motions of parts, models or candidates."""
 
+    _parts: Any  # each with its `label` and its `responses`
     _labels: ClassVar[Sequence[ResultColumn]]  # of curves, besides the level; the first is the part's
-
-    @property
-    @abstractmethod
-    def _parts(self) -> Sequence[Any]: ...
 
     @property
     @abstractmethod
@@ -122,8 +117,7 @@ class Steady(PlottedResult):
 
     @property
     def _peaks(self) -> Table:
-        ends = (ResultColumn("level", "", "level"), _LEVEL_TEXT), ResultColumn("band", "", "", "band")
-        columns = (*self._labels, *ends[0], *self._figures, ends[1])
+        columns = (*self._labels, _LEVEL, _LEVEL_TEXT, *self._figures, _BAND)
         rows = [
             {self._labels[0].key: part.label, **picked(response, "excitation", "level", "level_text"), **vars(peak),
              "band": None if peak.inside else "at its end"}
@@ -187,13 +181,10 @@ class Isolation(Steady):
     levels_chosen: str = ""
     checked: tuple[CheckedMotion, ...] = ()
 
+    _parts = property(attrgetter("models"))
     _labels = (_MODEL,)
     _figures = columns_of(Resonance)
     _size = (8.0, 8.0)
-
-    @property
-    def _parts(self) -> tuple[IsolatedModel, ...]:
-        return self.models
 
     @property
     def table(self) -> Table:
@@ -292,5 +283,5 @@ class Isolation(Steady):
                     peak = max(stable, key=lambda point: point.transmissibility)
                     for point in dict.fromkeys((stable[0], peak, stable[-1])):
                         check = check_steady(fmu, isolated.system, response.excitation, response.level, point)
-                        checked.append(CheckedMotion(isolated, response, check))
+                        checked.append(CheckedMotion(isolated, response, check, check.agrees))
         return tuple(checked)

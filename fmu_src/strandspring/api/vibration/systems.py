@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import chain, groupby
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -148,11 +149,6 @@ class RestingSystem:
         """The least of all mounts' axes from rest to the nearer end of the identified range [m]."""
         return float(self.system.laws.free_travel(self.poses[0].displacement).min())
 
-    @property
-    def findings(self) -> list[Finding]:
-        """Of springs from a catalogue."""
-        return [*catalogue_cautions(self.system)]
-
     def response(self, shaking: Shaking, level: float, curve: Curve) -> SystemResponse:
         """Its steady motions under one level of what shakes it."""
         held = [mode.frequency for mode in self.modes if mode.frequency > 0.0]
@@ -213,12 +209,9 @@ class SystemIsolation(Steady):
     levels_chosen: str = ""
 
     _labels = (_CANDIDATE, ResultColumn("excitation", "", "excitation", "excitation"))
+    _parts = property(attrgetter("candidates"))
     _size = (12.0, 9.5)
     _stated: ClassVar[Mapping[str, Any]] = {}  # each candidate and response says its own
-
-    @property
-    def _parts(self) -> tuple[RestingSystem, ...]:
-        return self.candidates
 
     @property
     def _figures(self) -> list[ResultColumn]:
@@ -251,15 +244,15 @@ class SystemIsolation(Steady):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Of springs from a catalogue, and of each curve."""
-        of_candidates = {candidate.label: candidate.findings for candidate in self.candidates}
-        return (*shared(of_candidates), *self._of_curves)
+        of_springs = {candidate.label: [*catalogue_cautions(candidate.system)] for candidate in self.candidates}
+        return (*shared(of_springs), *self._of_curves)
 
     def content(self) -> Mapping[str, Any]:
         """The candidates with their responses."""
         candidates = []
         for one in self.candidates:
-            of = {"name": one.label, "cautions": [*gathered(one.findings, Reader.FILE)], **one.content()}
-            candidates.append({**of, "responses": [*map(_response_content, one.responses)]})
+            of = {"name": one.label, "cautions": [*gathered(catalogue_cautions(one.system), Reader.FILE)]}
+            candidates.append({**of, **one.content(), "responses": [*map(_response_content, one.responses)]})
         return {"name": self.name, "levels_chosen": self.levels_chosen or None, "candidates": candidates}
 
     def report(self, path: str | os.PathLike[str]) -> None:
