@@ -5,11 +5,10 @@ over masses, levels and springs, or the verdicts on a grid of a SYSTEM.toml.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
+from itertools import chain, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -262,18 +261,16 @@ def isolate(
         of = f"smallest free travel, {way} of {part.label}" if len(parts) > 1 else f"free travel of {way}"
         chosen = f"Levels: 0.5, 1 and 2 % of the {of}."
     shakings: Sequence[Any] = [kind] if described is None else shakings_of(parts, kind, levels)
-
-    def respond(part: Any, shaking: Any, level: float) -> Any:
-        one = part.label if len(parts) > 1 else ""
-        with _named(one if described is None else f"{part.label}, {shaking.name}"):
-            return part.response(shaking, level, curve)
-
-    runs = [(part, shaking, level) for part in parts for shaking in shakings for level in heights]
+    runs: list[Any] = []
     responses: dict[Any, list[Any]] = {part: [] for part in parts}
+    for part, shaking in product(parts, shakings):
+        where = part.label if len(parts) > 1 else ""
+        where = where if described is None else f"{part.label}, {shaking.name}"
+        runs += [(part, partial(_named, where, part.response, shaking, level, curve)) for level in heights]
     # The systems of equations are too small to be shared among threads.
     with one_thread():
-        computed = in_threads(partial(respond, *run) for run in runs)
-        for count, ((part, *_), response) in enumerate(zip(runs, computed, strict=True), 1):
+        computed = in_threads(call for _, call in runs)
+        for count, ((part, _), response) in enumerate(zip(runs, computed, strict=True), 1):
             responses[part].append(response)
             progress(f"{part.label}, {response.where}", count * curve.points, len(runs) * curve.points)
     moved = tuple(replace(part, responses=tuple(of)) for part, of in responses.items())
@@ -290,17 +287,15 @@ def _loaded(sources: Sequence[ModelSource], mass: float, mount: Mount, zero: str
         label = name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})"
         origin = origin_of(source, zero, content.parameters)
         system = IsolatedMass(counted_from(origin, content.parameters), mass, mount)
-        with _named(label if len(contents) > 1 else ""):
-            equilibrium = static_equilibrium(system)
+        equilibrium = _named(label if len(contents) > 1 else "", static_equilibrium, system)
         parts.append(IsolatedModel(label, path_of(source), content, origin, system, equilibrium))
     return parts
 
 
-@contextmanager
-def _named(where: str) -> Iterator[None]:
-    """Say in a refusal where it is, if anything."""
+def _named(where: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """What a function returns; its refusal says where it is, if anything."""
     try:
-        yield
+        return function(*arguments)
     except (IsolationError, MountedSystemError) as refusal:
         if not where:
             raise

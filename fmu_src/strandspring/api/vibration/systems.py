@@ -21,7 +21,7 @@ from ...errors import IsolationError, MountedSystemError, Reader
 from ...findings import Finding, gathered
 from ...ground.arguments import flag, workers_of
 from ...ground.files import refuse_unwritable, write_csv
-from ...ground.options import takes
+from ...ground.options import changed, takes
 from ...ground.result_columns import ResultColumn, columns_of
 from ...kernel.arrays import FloatArray
 from ...vibration.bodies.modes import Mode, modes
@@ -329,7 +329,7 @@ def _headed(system: MountedSystem, response: SystemResponse) -> dict[str, NDArra
         for column, values in _series(response).items():
             ways = [f"{point.name} {way}" for way in DIRECTIONS] if values.ndim == 3 else [point.name]
             curve |= zip((f"{way}: {column.file_heading}" for way in ways), np.atleast_3d(values)[p].T, strict=True)
-    curve |= {f"force on the base {way} [N]": np.abs(response.base_force[:, k]) for k, way in enumerate(DIRECTIONS)}
+    curve |= _along("force on the base", "N", np.abs(response.base_force))
     curve |= {f"{body.name}: tilt [deg]": np.degrees(response.tilt[:, k]) for k, body in enumerate(system.bodies)}
     for k, axis in enumerate(response.axes):
         for end, values in (("lowest", response.low), ("highest", response.high)):
@@ -479,11 +479,8 @@ class Simulation(PlottedResult):
                 yield f"{answer.where}: {draws}: {answer.refusal}"
         if not brief:
             yield Table(_DETAILS, rows, "Where the figures are largest, others, and their numerical errors and draws:")
-            at_rest = [
-                RestingSystem(one.name, one.system, one.static.poses, one.static.tangent, one.static.secant)
-                for one in self.candidates
-                if one.static is not None
-            ]
+            known = [(one, one.static) for one in self.candidates if one.static is not None]
+            at_rest = [RestingSystem(one.name, one.system, of.poses, of.tangent, of.secant) for one, of in known]
             yield from rest_tables(at_rest, brief=False)
 
     def _answer_rows(self) -> Iterator[dict[str, Any]]:
@@ -538,20 +535,15 @@ def simulate(
     """
     workers, courses = workers_of(workers), flag("courses", courses)
     file = system if isinstance(system, SystemFile) else load_system_file(system)
-    chosen = file.chosen_candidates(candidates)
-    draws = file.options.draws if run.draws is None else run.draws
-    seed = file.options.seed if run.seed is None else run.seed
-    unknowns = {
-        name: Unknowns(Drawn.from_models(mounted, file.models), draws, seed, file.options.rest_omega)
-        for name, mounted in chosen
-    }
-    statics = tuple(answer_candidate(name, mounted, file.models, unknowns[name]) for name, mounted in chosen)
-    step = run.step or file.options.step
-    tasks = [
-        partial(answer_case, name, mounted, case, file.limits, unknowns[name], step, with_courses=courses)
-        for name, mounted in chosen
-        for case in file.chosen_cases(cases)
-    ]
+    of = replace(file.options, **changed(run))
+    statics, tasks = [], []
+    for name, mounted in file.chosen_candidates(candidates):
+        unknowns = Unknowns(Drawn.from_models(mounted, file.models), of.draws, of.seed, of.rest_omega)
+        statics.append(answer_candidate(name, mounted, file.models, unknowns))
+        tasks += [
+            partial(answer_case, name, mounted, case, file.limits, unknowns, of.step, with_courses=courses)
+            for case in file.chosen_cases(cases)
+        ]
     answers: list[CaseAnswer] = []
     room = _MOST_NUMBERS
     for answer in in_threads(tasks, workers):
@@ -561,7 +553,7 @@ def simulate(
         progress(answer.where, len(answers), len(tasks))
     if all(one.refusal for one in statics) or all(answer.verdict is CaseVerdict.REFUSED for answer in answers):
         raise MountedSystemError(statics[0].refusal or answers[0].refusal)
-    return Simulation(file, statics, tuple(answers))
+    return Simulation(file, tuple(statics), tuple(answers))
 
 
 def _histories(system: MountedSystem, courses: Courses) -> dict[str, FloatArray]:
@@ -597,14 +589,13 @@ def _candidate(candidate: CandidateAnswer, verdict: CaseVerdict) -> dict[str, An
             "axes": records("axis", system.axis_names, displacement=pose.displacement, **sprung),
             "mounts": records("mount", (mount.name for mount in system.mounts), load=mount_loads(system, pose)),
         }
-        modes = {kind: [*map(_mode, of)] for kind, of in picked(static, "tangent", "secant").items()}
+        modes = {
+            kind: [{**picked(mode, "frequency", "damping"), "motion": mode.words, "shape": mode.shape} for mode in of]
+            for kind, of in picked(static, "tangent", "secant").items()
+        }
     of = {"name": candidate.name, "verdict": verdict, "refusal": candidate.refusal or None}
     cautions = [*gathered(candidate.findings, Reader.FILE)]
     return {**of, "cautions": cautions, "static_equilibrium": rest, "modes": modes}
-
-
-def _mode(mode: Mode) -> dict[str, Any]:
-    return {**picked(mode, "frequency", "damping"), "motion": mode.words, "shape": mode.shape}
 
 
 def _case(answer: CaseAnswer) -> dict[str, Any]:
