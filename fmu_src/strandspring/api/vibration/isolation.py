@@ -87,7 +87,7 @@ class CheckedMotion(NamedTuple):
     agrees: bool  # whether the simulation stays on the computed motion
 
 
-class Steady(PlottedResult):
+class SteadyResult(PlottedResult):
     """Steady motions of parts, models or candidates."""
 
     _parts: Any  # each with its `label` and its `responses`
@@ -163,7 +163,7 @@ class Steady(PlottedResult):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Isolation(Steady):
+class Isolation(SteadyResult):
     """Steady motions of a mass on springs of one or more models.
 
     Attributes

@@ -55,7 +55,7 @@ from ..common.model_source import Progress, unseen
 from ..common.result import PlottedResult, picked, records
 from ..common.table import Table
 from ..common.text import counted
-from .isolation import Steady
+from .isolation import SteadyResult
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -192,7 +192,7 @@ def rest_tables(candidates: Sequence[RestingSystem], brief: bool) -> Iterator[Ta
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SystemIsolation(Steady):
+class SystemIsolation(SteadyResult):
     """Steady vibration of the candidates of a description.
 
     Attributes
