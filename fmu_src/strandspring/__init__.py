@@ -56,12 +56,12 @@ if TYPE_CHECKING:
     from .api.spring import Spring as Spring
     from .api.spring import responses as responses
     from .api.vibration.isolation import Isolation as Isolation
-    from .api.vibration.isolation import SystemIsolation as SystemIsolation
-    from .api.vibration.isolation import isolate as isolate
-    from .api.vibration.simulation import Simulation as Simulation
-    from .api.vibration.simulation import simulate as simulate
     from .api.vibration.studies import StudyResult as StudyResult
+    from .api.vibration.studies import isolate as isolate
     from .api.vibration.studies import study as study
+    from .api.vibration.systems import Simulation as Simulation
+    from .api.vibration.systems import SystemIsolation as SystemIsolation
+    from .api.vibration.systems import simulate as simulate
     from .campaigns.jobs.options import Cluster as Cluster
     from .campaigns.jobs.options import Workers as Workers
     from .campaigns.planning.limits import Limits as Limits
@@ -110,9 +110,9 @@ _NAMES = {
     "api.options": ("Comparing", "Fitting", "Sampling"),
     "api.planning": ("TestPlan", "plan"),
     "api.spring": ("Computing", "Responses", "Spring", "responses"),
-    "api.vibration.isolation": ("Isolation", "SystemIsolation", "isolate"),
-    "api.vibration.simulation": ("Simulation", "simulate"),
-    "api.vibration.studies": ("StudyResult", "study"),
+    "api.vibration.isolation": ("Isolation",),
+    "api.vibration.studies": ("StudyResult", "isolate", "study"),
+    "api.vibration.systems": ("Simulation", "SystemIsolation", "simulate"),
     "campaigns.jobs.options": ("Cluster", "Workers"),
     "campaigns.planning.limits": ("Limits",),
     "core.parameters": ("SpringParameters",),

@@ -23,7 +23,7 @@ from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import load_system_file
 from ..common.result import Result, Table
 from ..common.text import counted
-from ..vibration.candidates import MODES, RestingSystem, rest_tables
+from ..vibration.systems import MODES, RestingSystem, rest_tables
 from .options import BuildOptions
 
 # Of the largest stable step: an error of some 0.1 % at the highest natural frequency.

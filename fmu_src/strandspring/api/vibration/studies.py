@@ -1,31 +1,34 @@
-"""`study`: how resonance scatters over masses, levels and springs, or the verdicts on a grid of a SYSTEM.toml."""
+"""`isolate`: steady motions of a mass on springs or of the bodies of a SYSTEM.toml; and `study`: how resonance scatters
+over masses, levels and springs, or the verdicts on a grid of a SYSTEM.toml.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
+from functools import partial
+from itertools import chain, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from ...campaigns.jobs.options import Workers
-from ...campaigns.studies.definition import Study
-from ...campaigns.studies.execution import run_study
+from ...campaigns.jobs.threads import in_threads
 from ...campaigns.studies.runs import Runs
 from ...campaigns.studies.summaries import QUANTILES, read_results, summaries
 from ...errors import IsolationError, ModelError, MountedSystemError, OptionError
 from ...findings import Finding
-from ...ground.arguments import numbers
+from ...ground.arguments import number, numbers
 from ...ground.files import readable
+from ...ground.one_thread import one_thread
 from ...ground.options import changed, refuse_given, takes
 from ...ground.scratch import TemporaryFolder
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.joint import JointCovariance
 from ...model.stated_cautions import cautions_in_use
-from ...vibration.one_mass.options import Curve, Excitation, Levels, Mount
+from ...vibration.one_mass.options import DEFAULT_SHARES, Curve, Excitation, Levels, Mount
 from ...vibration.one_mass.system import IsolatedMass, free_travel, static_equilibrium
 from ...vibration.options import Part, Run, StudyRun
 from ..common.model_source import (
@@ -40,6 +43,7 @@ from ..common.model_source import (
     unseen,
 )
 from ..common.result import PlottedResult, Table, picked
+from .isolation import IsolatedModel, Isolation
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -47,6 +51,7 @@ if TYPE_CHECKING:
 
     from ...campaigns.studies.varied import Given
     from ...vibration.description.system_file import SystemFile
+    from .systems import SystemIsolation
 
 _MOST_SHOWN = 1000  # rows in words
 _DEFAULT_SHARE = 0.01  # of the free travel
@@ -167,6 +172,135 @@ def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
     return list(rows)
 
 
+@takes(levels=Levels, mount=Mount, curve=Curve)
+def isolate(
+    models: ModelSource | SystemFile | Sequence[ModelSource],
+    mass: float | None = None,
+    *,
+    levels: Levels,
+    mount: Mount,
+    curve: Curve,
+    zero: str | float | None = None,
+    candidates: str | Sequence[str] | None = None,
+    progress: Progress = unseen,
+) -> Isolation | SystemIsolation:
+    """Transmissibility and resonance of a mass on one spring or several, or of bodies on mounts.
+
+    The steady motion is found by harmonic balance and followed through folds; that of a system in all degrees of
+    freedom, to the second order of rotations from rest.
+
+    Parameters
+    ----------
+    models : Spring, path of a model file or FMU, or a sequence of these; or path of a SYSTEM.toml, or SystemFile
+    mass : float          On the mount of a model [kg].
+    levels : Levels       What shakes the base or the mass; or its fields as keywords. By default base displacements of
+                          0.5, 1 and 2 % of the smallest free travel from rest to an end of the identified range.
+    mount, curve : Mount, Curve
+                          Load and springs of a model, and frequencies; or their fields as keywords.
+    zero : "rig", "middle", float or None
+        Where displacement of a model is counted from: a displacement of the record [m]; by default as in its FMU.
+    candidates : str, sequence of str or None
+                          Names of those of a system to compute; all if None.
+    progress : callable   Takes the curve that is done, the number of frequencies done, and of all.
+
+    Returns
+    -------
+    Isolation or SystemIsolation
+
+    Raises
+    ------
+    ModelError           If a file is not a physically possible spring.
+    MountedSystemError   If a system is wrong, a body cannot rest, or a motion leaves an identified range.
+    IsolationError       If an argument is out of bounds, the mass cannot rest, or no steady motion is found.
+    OptionError          If an option does not apply to what is given.
+
+    Examples
+    --------
+    >>> from strandspring import Spring, SpringParameters, isolate
+    >>> soft = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "soft")
+    >>> stiff = Spring(SpringParameters((0.0, 16000.0), (1.0,), 20.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "stiff")
+    >>> result = isolate([soft, stiff], mass=5.0, base_displacement=2e-4, points=8)
+    >>> result.resonances()[["model", "frequency", "transmissibility"]].round(1)
+       model  frequency  transmissibility
+    0   soft        7.7               8.6
+    1  stiff       11.0               8.6
+    """
+    is_one = isinstance(models, str) or not isinstance(models, Sequence)
+    sources: Sequence[Any] = [models] if is_one else list(models)  # type: ignore[arg-type]
+    if not sources:
+        raise IsolationError("Nothing to isolate on; give at least one model.")
+    parts: Any
+    described = next(filter(is_system, sources), None)
+    path = path_of(sources[0] if described is None else described)
+    if described is None:
+        where = path or "a model"
+        if mass is None:
+            raise OptionError("Give the {to[mass]} on the spring of {where}.", where=where)
+        of_systems = {"directions": levels.directions, "at": levels.at, "base_rotation": levels.rotation}
+        refuse_given(OF_SYSTEMS, where, **of_systems, candidates=candidates)
+        parts = _loaded(sources, number("mass", mass, "kg"), mount, zero)
+    else:
+        # Slow to import.
+        from ...vibration.description.system_file import load_system_file
+        from .systems import RestingSystem, SystemIsolation, shakings_of
+
+        if len(sources) > 1:
+            sentence = "describes a whole system and its candidates; give it alone, and models in another call."
+            raise OptionError(f"{path} {sentence}")
+        refuse_given(f"{OF_MODELS}; leave it out.", path or "a SystemFile", mass=mass, zero=zero, **changed(mount))
+        if levels.at is not None and levels.force is None:
+            raise OptionError("{to[at]} says where a force acts; give {to[force]}, too, or leave it out.", at=levels.at)
+        file = described if path is None else load_system_file(path)
+        parts = [RestingSystem.about(label, system) for label, system in file.chosen_candidates(candidates)]
+    (kind, heights), chosen = levels.chosen or (Excitation.BASE_DISPLACEMENT, levels.rotation), ""
+    if heights is None:
+        # Those of the part that has the smallest free travel.
+        part = min(parts, key=lambda part: part.free_travel)
+        way, heights = f"{1e3 * part.free_travel:.4g} mm", tuple(share * part.free_travel for share in DEFAULT_SHARES)
+        of = f"smallest free travel, {way} of {part.label}" if len(parts) > 1 else f"free travel of {way}"
+        chosen = f"Levels: 0.5, 1 and 2 % of the {of}."
+    shakings: Sequence[Any] = [kind] if described is None else shakings_of(parts, kind, levels)
+    runs: list[Any] = []
+    responses: dict[Any, list[Any]] = {part: [] for part in parts}
+    for part, shaking in product(parts, shakings):
+        where = part.label if len(parts) > 1 else ""
+        where = where if described is None else f"{part.label}, {shaking.name}"
+        runs += [(part, partial(_named, where, part.response, shaking, level, curve)) for level in heights]
+    # The systems of equations are too small to be shared among threads.
+    with one_thread():
+        computed = in_threads(call for _, call in runs)
+        for count, ((part, _), response) in enumerate(zip(runs, computed, strict=True), 1):
+            responses[part].append(response)
+            progress(f"{part.label}, {response.where}", count * curve.points, len(runs) * curve.points)
+    moved = tuple(replace(part, responses=tuple(of)) for part, of in responses.items())
+    if described is not None:
+        return SystemIsolation(file.name, path, moved, chosen)
+    return Isolation(moved, kind, heights, chosen)
+
+
+def _loaded(sources: Sequence[ModelSource], mass: float, mount: Mount, zero: str | float | None) -> list[IsolatedModel]:
+    """The mass at rest on each model; models of one name are numbered."""
+    contents = [model_of(source) for source in sources]
+    names, parts = [content.name for content in contents], []
+    for k, (source, content, name) in enumerate(zip(sources, contents, names, strict=True)):
+        label = name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})"
+        origin = origin_of(source, zero, content.parameters)
+        system = IsolatedMass(counted_from(origin, content.parameters), mass, mount)
+        equilibrium = _named(label if len(contents) > 1 else "", static_equilibrium, system)
+        parts.append(IsolatedModel(label, path_of(source), content, origin, system, equilibrium))
+    return parts
+
+
+def _named(where: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """What a function returns; its refusal says where it is, if anything."""
+    try:
+        return function(*arguments)
+    except (IsolationError, MountedSystemError) as refusal:
+        if not where:
+            raise
+        raise type(refusal)("{where}: {refusal}", where=where, refusal=refusal) from None
+
+
 @takes(levels=Levels, mount=Mount, curve=_CURVE, part=Part, run=StudyRun, placing=Workers)
 def study(
     model: ModelSource | SystemFile,
@@ -279,7 +413,11 @@ def study(
                 sentence = "{where}: {problem} Or ask for no draws ({to[draws=0]})."
                 raise ModelError(sentence, where=path or name, problem=problem) from None
         factors = numbers("stiffness", stiffness)
+        from ...campaigns.studies.definition import Study
+
         planned = Study(spring, given[0], masses, given[1], factors, draws, run.seed or 0, spread, mount, curve)
+    from ...campaigns.studies.execution import run_study  # slow to import
+
     with TemporaryFolder() as folder:
         results = folder / "results.csv" if output is None else Path(output)
         done = lambda runs: progress("Running", runs, len(planned))  # noqa: E731
