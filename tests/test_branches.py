@@ -129,4 +129,4 @@ def test_a_stiffer_branch_is_a_difference_though_slow_loops_are_alike() -> None:
     assert compare(lot, of_class(1500.0, 40), draws=40).verdict.name == "NOT_FOUND"
     plain = identify(two_rates(seed=9), RefinedOptions(degrees=(3, 1), mechanisms=1, branches=0)).spring()
     comparison = compare(lot, plain, draws=40)  # nothing is judged between classes
-    assert "A has FE of degree 3 and FA of degree 1, 1 mechanism and 1 Maxwell branch, B FE" in comparison.sentence
+    assert "A has FE of degree 3 and FA of degree 1, mechanisms: 1, branches: 1; B has FE" in comparison.sentence

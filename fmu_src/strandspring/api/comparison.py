@@ -15,7 +15,7 @@ All judgements together have an error of 5 %, by Holm's procedure, whatever thei
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import groupby
@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-Pair = tuple[SpringParameters, SpringParameters]
+Springs = Sequence[SpringParameters]  # A and B
 
 LEVEL = 0.05  # error of all judgements together
 # Figures of loops, and whether a difference is judged; the loss factor follows from the two before.
@@ -68,7 +68,6 @@ _ENDS, _NORMAL_90 = (0.05, 0.95), NormalDist().inv_cdf(0.95)
 # passed 1.96 in 9 of 100 cases.
 _OF_CHOICE = 1.15
 _MOST_LOG = 700.0  # whose exponential is still a number
-_CYCLES, _SAMPLES = 2, 500
 _OF_TABLES = 5  # degree of FE where it is a table in both
 _RANK = 1e-9  # eigenvalue of the correlation of the logarithms up to which it counts as 0
 SHARE = ResultColumn("share", "1", "", "", "%", 100.0, 2)
@@ -269,7 +268,6 @@ class Comparison(PlottedResult):
 
     def content(self) -> dict[str, Any]:
         """All of it."""
-        rms, share = self.loop_difference
         return {
             "a": {"model": self.sources[0], "name": self.models[0].name},
             "b": {"model": self.sources[1], "name": self.models[1].name},
@@ -282,7 +280,7 @@ class Comparison(PlottedResult):
             "parameters": self.parameters,
             "hysteresis_test": self.test,
             "figures": self.figures,
-            "loop": {"rms_difference": rms, "share_of_height": share},
+            "loop": dict(zip(("rms_difference", "share_of_height"), self.loop_difference, strict=True)),
             "transmissibility": self.mass,
             "records": [
                 {"path": a.path, "a": a.figures, "b": b.figures, "better": _better(a, b)} for a, b in self.followed
@@ -292,20 +290,20 @@ class Comparison(PlottedResult):
     def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
         """Draw loops, and stiffness, energy and loss factor with their 5 to 95 % bands; returns the four axes."""
         loops, *others = panels = self._axes(ax)
-        for label, color, loop in zip("AB", _COLORS, self.loops, strict=True):
-            for branch, name in ((loop.loading, label), (loop.unloading, None)):
-                loops.plot(1e3 * branch.displacement, branch.force, color, label=name)
-        loops.set(xlabel="displacement [mm]", ylabel="force [N]", title="steady loops over the shared range")
-        loops.legend()
-        for axis, column in zip(others, PANELS, strict=True):
-            rows = [one for one in self.figures if one.quantity == column.key]
-            amplitudes = [1e3 * (one.amplitude or 0.0) for one in rows]
-            for k, (side, color) in enumerate(zip("ab", _COLORS, strict=True)):
-                axis.plot(amplitudes, [column.factor * getattr(one, side) for one in rows], f"{color}o-", ms=4)
+        frame = self.to_frame()
+        for k, (side, color, loop) in enumerate(zip("ab", _COLORS, self.loops, strict=True)):
+            for branch, label in ((loop.loading, side.upper()), (loop.unloading, None)):
+                loops.plot(1e3 * branch.displacement, branch.force, color, label=label)
+            for axis, column in zip(others, PANELS, strict=True):
+                rows = frame[frame["quantity"] == column.key]
+                amplitudes = 1e3 * rows["amplitude"]
+                axis.plot(amplitudes, column.factor * rows[side], f"{color}o-", ms=4)
                 if self.bands is not None:
                     low, high = column.factor * self.bands[k, :, :, [*FIGURES].index(column.key)]
                     axis.fill_between(amplitudes, low, high, color=color, alpha=0.2, lw=0.0)
-            axis.set(xlabel="amplitude [mm]", ylabel=column.label)
+                axis.set(xlabel="amplitude [mm]", ylabel=column.label)
+        loops.set(xlabel="displacement [mm]", ylabel="force [N]", title="steady loops over the shared range")
+        loops.legend()
         return panels
 
 
@@ -355,9 +353,9 @@ def compare(
     [-0.1, -0.1, -0.1, -0.1]
     """
     models = (model_of(a), model_of(b))
-    as_recorded = (models[0].parameters, models[1].parameters)
+    as_recorded = [model.parameters for model in models]
     middles = [chosen_zero("middle", p) for p in as_recorded]
-    from_middles = (counted_from(middles[0], as_recorded[0]), counted_from(middles[1], as_recorded[1]))
+    from_middles = [*map(counted_from, middles, as_recorded)]
     springs = as_recorded if comparing.align == "record" else from_middles
     low, high = _shared_range(springs)
     narrower = min(p.displacement_max - p.displacement_min for p in springs)
@@ -366,8 +364,7 @@ def compare(
             "A was identified from {a:.6g mm} and B from {b:.6g mm}, which share less than half of the narrower "
             "range; if the zero was moved between the tests, align their middles ({to[align=middle]}), else identify "
             "both over one range.",
-            a=[(springs[0].displacement_min, springs[0].displacement_max)],
-            b=[(springs[1].displacement_min, springs[1].displacement_max)],
+            **{name: [(p.displacement_min, p.displacement_max)] for name, p in zip("ab", springs, strict=True)},
         )
     half = 0.5 * (high - low)
     given = comparing.amplitudes
@@ -395,7 +392,7 @@ def compare(
         comparing=comparing,
         low=low,
         high=high,
-        loops=loops,
+        loops=(loops[0], loops[1]),
         mass=_shared_mass(springs, comparing.mass),
         records=tuple(records),
         followed=followed,
@@ -413,15 +410,14 @@ def _better(a: RecordFit, b: RecordFit) -> str | None:
     return "A" if a.rmse < least * b.rmse else "B" if b.rmse < least * a.rmse else None
 
 
-def _shared_range(springs: Pair) -> tuple[float, float]:
+def _shared_range(springs: Springs) -> tuple[float, float]:
     """The displacements [m] that both springs were identified for."""
     return max(p.displacement_min for p in springs), min(p.displacement_max for p in springs)
 
 
-def _loops(springs: Pair) -> tuple[Loop, Loop]:
+def _loops(springs: Springs) -> list[Loop]:
     """Steady loops over the shared range."""
-    a, b = (steady_loop(PathSolver(p), *_shared_range(springs)) for p in springs)
-    return a, b
+    return [steady_loop(PathSolver(p), *_shared_range(springs)) for p in springs]
 
 
 def _apart(a: Loop, b: Loop) -> tuple[float, float]:
@@ -445,13 +441,13 @@ def _of_models(models: tuple[ModelFile, ModelFile], records: Sequence[Record]) -
     files = [[entry.get("sha256") for entry in objects(model.provenance.get("records"))] for model in models]
     if {*map(str, filter(None, files[0]))} & {*map(str, filter(None, files[1]))}:
         yield Finding(Outcome.SAME_RECORD)
-    forms = form_of(a), form_of(b)
-    if forms[0] != forms[1] and a.is_plain and b.is_plain:
-        named = map(form_words, (*forms, common_form(a, b)))
-        yield Finding(Outcome.FORMS_DIFFER, dict(zip(("of_a", "of_b", "common"), named, strict=True)))
+    if a.is_plain and b.is_plain:
+        of_a, of_b, common = (form_words(*form) for form in forms_of((a, b)))
+        if of_a != of_b:
+            yield Finding(Outcome.FORMS_DIFFER, {"of_a": of_a, "of_b": of_b, "common": common})
 
 
-def _shared_mass(springs: Pair, mass: float | None) -> dict[str, Any]:
+def _shared_mass(springs: Springs, mass: float | None) -> dict[str, Any]:
     """The transmissibility of a mass [kg] whose weight loads the springs, or why there is none.
 
     None is one that A holds in the middle of the shared range, or where it carries none, one for 10 Hz.
@@ -480,27 +476,32 @@ def _shared_mass(springs: Pair, mass: float | None) -> dict[str, Any]:
 
 
 def _judged(
-    models: Sequence[ModelFile], springs: Pair, middle: float, amplitudes: Sequence[float], comparing: Comparing
+    models: Sequence[ModelFile], springs: Springs, middle: float, amplitudes: Sequence[float], comparing: Comparing
 ) -> dict[str, Any]:
     """Fields of `Comparison`: verdict and differences of two models, as springs that are counted from one zero, with
     loops of amplitudes [m] about the middle [m].
     """
     scatter = np.full((2, 1, len(amplitudes), len(FIGURES)), np.nan)  # of figures of A and of B
     plain, spreads, draws = springs, list[JointCovariance](), comparing.draws
-    unknown, is_same = "No springs were drawn.", models[0].parameters == models[1].parameters
-    try:
-        spreads = _spreads(models) if draws else []
-        if spreads and not is_same:
-            form = common_form(*springs)
-            in_one_form = (_in_form(springs[0], form), _in_form(springs[1], form))
+    unknown, is_same = [] if draws else ["No springs were drawn."], models[0].parameters == models[1].parameters
+    for label, model in zip("AB" if draws else "", models, strict=False):
+        try:
+            spreads.append(JointCovariance.to_draw_from(model.parameters, model.uncertainty))
+        except ModelError as problem:
+            unknown.append(f"{label}: {problem}")
+    if unknown:
+        spreads = []
+    elif not is_same:
+        try:
+            in_one_form = [*_in_common_form(springs)]
             # Other numbers of draws in B, or the errors of both models would be drawn alike.
             scatter = np.array([
                 [loop_figures(spread.draw(p, comparing.seed, first + k), middle, amplitudes) for k in range(draws)]
                 for p, spread, first in zip(springs, spreads, (0, draws), strict=True)
             ])  # fmt: skip
-            plain, unknown = in_one_form, "The springs drawn from the uncertainty are all alike; identify both again."
-    except StrandspringError as problem:
-        unknown = str(problem)
+            plain, unknown = in_one_form, ["The springs drawn from the uncertainty are all alike; identify both again."]
+        except StrandspringError as problem:
+            unknown = [str(problem)]
     parameters, covariance, reasons = _known_parameters(models, springs, spreads, middle)
     # Parameters, by their logarithms, and behind them each figure at all amplitudes.
     columns = [*parameters, *(LOOP_FIGURE[name] for name in FIGURES for _ in amplitudes)]
@@ -520,8 +521,8 @@ def _judged(
     test = None
     if is_tested.any():
         among = _OF_CHOICE**2 * covariance[np.ix_(is_tested, is_tested)]
-        figures = min(_joint_test(shift[:n][is_tested], among) for shift in (change, remaining))
-        test = HysteresisTest(tuple(c.key for c, of_it in zip(parameters, reasons, strict=True) if not of_it), *figures)
+        names = (column.key for column, reason in zip(parameters, reasons, strict=True) if not reason)
+        test = _joint_test(names, (shift[:n][is_tested] for shift in (change, remaining)), among)
     # Holm's procedure.
     is_judged = ~np.isnan(z) & [FIGURES.get(column.key, False) for column in columns]
     chances = np.append(p[is_judged], [] if test is None else test.p)
@@ -537,17 +538,16 @@ def _judged(
     shown = (np.append(np.expm1(np.minimum(one[:n], _MOST_LOG)), (one / scale)[n:]) for one in (change, low, high))
     numbers = np.stack([*of[:2], *shown, z, seen_from / scale, p]).T.tolist()
     reaches, reasons = [*[None] * n, *[*amplitudes] * len(FIGURES)], [*reasons, *[""] * (z.size - n)]
+    cells = zip(columns, reaches, numbers, relative, reasons, differs, strict=True)
     rows = tuple(
-        SpringDifference(column.key, column.unit, column.words if reach else column.key, reach, *further, *of_column)
-        for column, reach, of_column, *further in zip(
-            columns, reaches, numbers, relative, reasons, differs, strict=True
-        )
+        SpringDifference(column.key, column.unit, column.words if reach else column.key, reach, *more, *of_column)
+        for column, reach, of_column, *more in cells
     )
     found = {"parameters": rows[:n], "figures": rows[n:], "test": test, "unknown": "", "bands": None}
     if is_same:
         return found | {"verdict": ComparisonVerdict.IDENTICAL, "test": None}
     if np.isnan(error[n:]).all():
-        return found | {"verdict": ComparisonVerdict.UNKNOWN, "unknown": unknown}
+        return found | {"verdict": ComparisonVerdict.UNKNOWN, "unknown": " ".join(unknown)}
     return found | {
         "verdict": ComparisonVerdict.DIFFERENT if beyond.any() else ComparisonVerdict.NOT_FOUND,
         "test": test and replace(test, differs=bool(beyond[-1])),
@@ -555,35 +555,23 @@ def _judged(
     }
 
 
-def _spreads(models: Sequence[ModelFile]) -> list[JointCovariance]:
-    """What springs are drawn from, of A and of B; raises StrandspringError if there is none."""
-    spreads, problems = [], []
-    for label, model in zip("AB", models, strict=True):
-        try:
-            spreads.append(JointCovariance.to_draw_from(model.parameters, model.uncertainty))
-        except ModelError as problem:
-            problems.append(f"{label}: {problem}")
-    if problems:
-        raise StrandspringError("{problems}", problems=" ".join(problems))
-    return spreads
-
-
 def _known_parameters(
-    models: Sequence[ModelFile], springs: Pair, spreads: Sequence[JointCovariance], place: float
+    models: Sequence[ModelFile], springs: Springs, spreads: Sequence[JointCovariance], place: float
 ) -> tuple[Sequence[ResultColumn], FloatArray, list[str]]:
     """The parameters that both have, the covariance of their logarithms in A and B, and why one is not tested."""
-    is_one_class = form_of(springs[0])[2:] == form_of(springs[1])[2:]
-    columns = (*HYSTERETIC_PARAMETERS, *(further_columns(springs[0]) if is_one_class else ()))
+    further = further_columns(springs[0])
+    columns = (*HYSTERETIC_PARAMETERS, *(further if further == further_columns(springs[1]) else ()))
     covariance = np.zeros((len(columns), len(columns)))
     for p, spread in zip(springs, spreads, strict=False):
         moves = spread.changes(p, lambda moved: np.log(_values(moved, columns, place)))
         covariance += moves.T @ moves
-    reasons = ["" if variance > 0.0 else "no joint covariance" for variance in np.diag(covariance)]
     known = [parameter_table(model.parameters, model.uncertainty, brief=True).rows for model in models]
-    for k, *rows in zip(range(len(columns)), *known, strict=False):
+    reasons = []
+    for variance, *rows in zip(np.diag(covariance), *known, strict=False):
         is_closed = [row["standard_error"] and isinstance(row["interval"], tuple) for row in rows]
-        if open_in := [label for label, is_so in zip("AB", is_closed, strict=True) if not is_so]:
-            reasons[k] = f"no two-sided 95 % interval in {' and '.join(open_in)}"
+        open_in = " and ".join(label for label, is_so in zip("AB", is_closed, strict=True) if not is_so)
+        unknown = "" if variance > 0.0 else "no joint covariance"
+        reasons.append(f"no two-sided 95 % interval in {open_in}" if open_in else unknown)
     return columns, covariance, reasons
 
 
@@ -604,49 +592,50 @@ def _values(p: SpringParameters, columns: Sequence[ResultColumn], place: float) 
     return np.array(values)
 
 
-def _joint_test(change: FloatArray, covariance: FloatArray) -> tuple[float, int, float]:
-    """chi-square of a change of logarithms, its degrees of freedom, and their p."""
+def _joint_test(names: Iterable[str], changes: Iterable[FloatArray], covariance: FloatArray) -> HysteresisTest:
+    """The test of changes of logarithms, the smaller of several."""
     from scipy.special import gammaincc  # a tenth of a second to import
 
     scale = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     kept = values > _RANK
-    along = vectors[:, kept].T @ (change / scale)
-    chi_square, degrees = float(np.sum(along**2 / values[kept])), int(kept.sum())
-    return chi_square, degrees, float(gammaincc(0.5 * degrees, 0.5 * chi_square))
+    along = [vectors[:, kept].T @ (change / scale) for change in changes]
+    chi_square, degrees = min(float(np.sum(each**2 / values[kept])) for each in along), int(kept.sum())
+    return HysteresisTest(tuple(names), chi_square, degrees, float(gammaincc(0.5 * degrees, 0.5 * chi_square)))
 
 
-def form_of(p: SpringParameters) -> tuple[int | None, int, int, int]:
-    """Degrees of FE, None for a table, and of FA; how many mechanisms and Maxwell branches."""
-    return None if p.FE_knots else len(p.kE) - 1, len(p.kA) - 1, len(p.mechanisms), len(p.branches)
+def forms_of(springs: Springs) -> list[tuple[int | None, int]]:
+    """Degrees of FE, None for a table, and of FA: of A, of B, and of the form common to both.
 
-
-def form_words(form: tuple[int | None, int, int, int]) -> str:
-    """The degrees of a form in words."""
-    return f"{'FE as a table' if form[0] is None else f'FE of degree {form[0]}'} and FA of degree {form[1]}"
-
-
-def common_form(a: SpringParameters, b: SpringParameters) -> tuple[int | None, int, int, int]:
-    """The lower degrees of FE and FA; raises StrandspringError of wider classes that differ."""
-    forms = form_of(a), form_of(b)
-    if forms[0] == forms[1]:
-        return forms[0]
-    if not (a.is_plain and b.is_plain):
-        of_a, of_b = (f"{form_words(form)}, mechanisms: {form[2]}, branches: {form[3]}" for form in forms)
+    Raises StrandspringError of wider classes that differ.
+    """
+    a, b = forms = [(None if p.FE_knots else len(p.kE) - 1, len(p.kA) - 1) for p in springs]
+    classes = [f"mechanisms: {len(p.mechanisms)}, branches: {len(p.branches)}" for p in springs]
+    if a == b and classes[0] == classes[1]:
+        return [a, b, a]
+    if not all(p.is_plain for p in springs):
+        of_a, of_b = (f"{form_words(*form)}, {others}" for form, others in zip(forms, classes, strict=True))
         raise StrandspringError(
             f"A has {of_a}; B has {of_b}; identify both with the same `degrees`, `mechanisms` and `branches`."
         )
-    degrees = [form[0] for form in forms if form[0] is not None]
+    degrees = [degree for degree, _ in forms if degree is not None]
     # The identification takes no FE of degree 0, which a model file may have.
-    return max(min(degrees, default=_OF_TABLES), 1), min(form[1] for form in forms), *forms[0][2:]
+    return [a, b, (max(min(degrees, default=_OF_TABLES), 1), min(a[1], b[1]))]
 
 
-def _in_form(p: SpringParameters, form: tuple[int | None, int, int, int]) -> SpringParameters:
-    """A spring as it would have been identified with these degrees."""
-    degree, amplifier, *_ = form
-    if form_of(p) == form or degree is None:
-        return p
-    record = synthesize(ModelFile("spring", p), cycles=_CYCLES, samples=_SAMPLES)
-    # Without times, so that no delay is looked for.
-    path_only = Record(record.displacement, record.force, path=record.path)
-    return identify_records([path_only], RefinedOptions(degrees=(degree, amplifier))).parameters
+def form_words(degree: int | None, amplifier: int) -> str:
+    """The degrees of a form in words."""
+    return f"{'FE as a table' if degree is None else f'FE of degree {degree}'} and FA of degree {amplifier}"
+
+
+def _in_common_form(springs: Springs) -> Iterator[SpringParameters]:
+    """The springs as they would have been identified with the same degrees."""
+    *own, (degree, amplifier) = forms_of(springs)
+    for p, form in zip(springs, own, strict=True):
+        if degree is None or form == (degree, amplifier):
+            yield p
+        else:
+            record = synthesize(ModelFile("spring", p), cycles=2, samples=500)
+            # Without times, so that no delay is looked for.
+            path_only = Record(record.displacement, record.force, path=record.path)
+            yield identify_records([path_only], RefinedOptions(degrees=(degree, amplifier))).parameters

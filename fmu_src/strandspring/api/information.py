@@ -89,9 +89,8 @@ class Information(PlottedResult):
         yield f"Model {model.name} ({self.source})" + (f": {model.description}" if model.description else "")
         interval = ForceInterval.from_uncertainty(model.uncertainty)
         method = f" by the {printable(origin['method'])} method" if "method" in origin else ""
-        fits = stated_fits(model)
-        of_each = [(f"  {fit.name}", fit) for fit in fits] if len(fits) > 1 else []
-        figures = [(f"identified{method}", stated_fit(model)), *of_each]
+        of_each = [(f"  {fit.name}", fit) for fit in stated_fits(model)]
+        figures = [(f"identified{method}", stated_fit(model)), *(of_each if len(of_each) > 1 else ())]
         files = [printable(entry["file"]) for entry in objects(origin.get("records")) if "file" in entry]
         effects = effects_of(model)
         lines = [

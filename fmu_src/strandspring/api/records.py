@@ -153,33 +153,31 @@ def synthesize(model: ModelSource, amplitudes: ArrayLike | None = None, *, sampl
     if given is not None and not all(0.0 < reach < np.inf for reach in given or (0.0,)):
         raise OptionError(f"`amplitudes` must be finite and > 0 [m], got {amplitudes!r}.")
     is_ni = isinstance(model, str) and model == NI
-    if is_ni:
-        others = {name: value for name, value in changed(sampling).items() if name not in _OF_NI}
-        refuse_given("{option} does not apply to {where}; leave it out.", "Ni's experiment", **others)
-        reaches = given or (5e-3,)
-        if len(reaches) > 1 or reaches[0] > _MOST_OF_NI:
-            raise OptionError(f"`amplitudes` must be one of at most {_MOST_OF_NI} [m], got {amplitudes!r}.")
-        name, cycles, noise = "Ni's model", sampling.cycles or 1, 0.03 if sampling.noise is None else sampling.noise
-    else:
-        sentence = "{option} is of Ni's experiment, and {where} is given; leave it out."
-        refuse_given(sentence, "a model", exponent=sampling.exponent)
-        content = model_of(model)
-        p, name, cycles, noise = content.parameters, content.name, sampling.cycles or 3, sampling.noise or 0.0
-        reaches = given or (0.5 * (p.displacement_max - p.displacement_min),)
-    count = len(reaches) * cycles * sampling.samples
+    cycles, noise, findings = sampling.cycles or (1 if is_ni else 3), sampling.noise, list[Finding]()
+    count = len(given or (0.0,)) * cycles * sampling.samples
     if count > _MOST_SAMPLES:
         raise OptionError(
             f"The record would have {count} samples, more than {_MOST_SAMPLES}; use fewer cycles or samples."
         )
-    sample, findings = np.arange(cycles * sampling.samples), list[Finding]()
+    sample = np.arange(cycles * sampling.samples)
     if is_ni:
-        time = 2.0 * np.pi * sample / sampling.samples
+        others = {key: value for key, value in changed(sampling).items() if key not in _OF_NI}
+        refuse_given("{option} does not apply to {where}; leave it out.", "Ni's experiment", **others)
+        (reach, *more), name, noise = given or (5e-3,), "Ni's model", 0.03 if noise is None else noise
+        if more or reach > _MOST_OF_NI:
+            raise OptionError(f"`amplitudes` must be one of at most {_MOST_OF_NI} [m], got {amplitudes!r}.")
         ni = PAPER_NI if sampling.exponent is None else replace(PAPER_NI, n=sampling.exponent)
-        period = sine_period(1e3 * reaches[0], sampling.samples)
+        period = sine_period(1e3 * reach, sampling.samples)
+        time = 2.0 * np.pi * sample / sampling.samples
         path, force = np.tile(period, cycles), np.tile(steady_force(ni, period), cycles)
     else:
+        sentence = "{option} is of Ni's experiment, and {where} is given; leave it out."
+        refuse_given(sentence, "a model", exponent=sampling.exponent)
+        content = model_of(model)
+        p, name = content.parameters, content.name
         centre = p.displacement_offset if sampling.mean is None else sampling.mean
         sine = np.sin(2.0 * np.pi * (sample / sampling.samples))
+        reaches = given or (0.5 * (p.displacement_max - p.displacement_min),)
         moved = np.concatenate([*(centre + reach * sine for reach in reaches), [centre]])
         time = np.arange(moved.size) / (sampling.samples * sampling.frequency)
         path, force = 1e3 * moved, PathSolver(p).force(moved, 0.0, time)
