@@ -64,7 +64,6 @@ _SCALES = {
     "N/m": (("N/m", 1.0, 1e3), ("N/mm", 1e-3, 1e7), ("kN/mm", 1e-6, math.inf)),
     "kg": (("g", 1e3, 1.0), ("kg", 1.0, 1e4), ("t", 1e-3, math.inf)),
 }
-_ORDINARY = (1e-3, 1e6)  # beyond these a power of ten goes to the unit, so that ticks stay short
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d{2,3})\b")
 _MINUS = re.compile(r"(?<![\w.)-])-(?=\.?\d)")
@@ -82,16 +81,12 @@ def scaled(column: ResultColumn, largest: float) -> ResultColumn:
 
     Examples
     --------
-    >>> scaled(FORCE, 2.5e5).shown, scaled(FORCE, 2.5e-14).shown
-    ('kN', '10⁻¹² mN')
+    >>> scaled(FORCE, 2.5e5).shown, scaled(FORCE, 0.02).shown
+    ('kN', 'mN')
     """
     if column.unit not in _SCALES:
         return column
     name, factor, _ = next(scale for scale in _SCALES[column.unit] if not abs(largest) >= scale[2])
-    shown = abs(largest) * factor
-    if 0.0 < shown < _ORDINARY[0] or _ORDINARY[1] <= shown < math.inf:
-        power = 3 * math.floor(math.log10(shown) / 3.0)
-        name, factor = f"10{str(power).translate(_SUPERSCRIPT)} {name}", factor * 10.0**-power
     return replace(column, shown=name, factor=factor)
 
 
