@@ -18,7 +18,7 @@ import json
 import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
@@ -33,11 +33,11 @@ from ..ground.plotfile import save_figure, some_axes
 from ..ground.result_columns import ResultColumn
 from ..identification.figures import RecordFit, chosen_samples
 from ..identification.identified import IdentifiedModel
-from ..kernel.arrays import BoolArray, FloatArray
+from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.campaign import campaign_verdicts
 from ..loops.loop import PANELS, relaxed_branches, steady_loop
-from ..loops.strokes import Strokes, find_strokes
+from ..loops.strokes import find_strokes
 from ..model.joint import NORMAL_95, JointCovariance
 from ..model.modelfile import ModelFile
 from ..model.stated_figures import differ, energy_ratio
@@ -82,34 +82,19 @@ _KEYS = [f"amplitude-{column.key.replace('_', '-')}" for column in PANELS]
 _ITEM, _FILE = ("item", "details"), ("file", "samples", "SHA-256")
 # The model does not follow its own records.
 _POOR = frozenset({Outcome.POOR_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})
-# They leave the model as good as it would be without them.
-_HARMLESS = frozenset(kind for kind in Outcome if kind.severity not in CAUTIONS)
 
 
-@dataclass(frozen=True, eq=False)
 class RecordView:
-    """A record beside its prediction."""
+    """A record beside its prediction: `fit` of the spring alone along the displacement as recorded, and `fitted` with
+    what was removed from the record.
+    """
 
-    name: str  # of its file without folders
-    record: Record
-    fit: RecordFit  # of the spring alone along the displacement as recorded
-    fitted: RecordFit  # with what was removed from the record
-    place: int  # among the records
-
-    @cached_property
-    def strokes(self) -> Strokes:
-        """Strokes of the measured displacement."""
-        return find_strokes(self.record.displacement)
-
-    @cached_property
-    def is_compared(self) -> BoolArray:
-        """Samples that are compared, shape (K,)."""
-        return chosen_samples(self.record, self.fit.first_sample)
-
-    @property
-    def residuals(self) -> FloatArray:
-        """Measured minus predicted force [N]; NaN where a sample is not compared."""
-        return np.where(self.is_compared, self.record.force - self.fit.predicted, np.nan)
+    def __init__(self, name: str, record: Record, fit: RecordFit, fitted: RecordFit, place: int) -> None:
+        self.name, self.record, self.fit, self.fitted, self.place = name, record, fit, fitted, place
+        self.strokes = find_strokes(record.displacement)
+        self.is_compared = chosen_samples(record, fit.first_sample)  # shape (K,)
+        # Measured minus predicted force [N], likewise; NaN where a sample is not compared.
+        self.residuals = np.where(self.is_compared, record.force - fit.predicted, np.nan)
 
     def along(self, axis: ResultColumn) -> FloatArray:
         """What an axis counts, shape (K,) [SI]."""
@@ -156,9 +141,9 @@ class Evaluation:
         # Of all samples compared [N].
         self.largest_residual = max(float(np.nanmax(np.abs(view.residuals))) for view in self.views)
         self.residual = scaled(replace(FORCE, words="measured − model"), self.largest_residual)
-        cycles = (loop.figures.amplitude for loop in whole.recorded if loop.cycles)
+        self.measured = [loop for loop in whole.recorded if loop.cycles]
         # Below it loops are extrapolated [m].
-        self.smallest_measured = _NEARLY * min(cycles, default=math.inf)
+        self.smallest_measured = _NEARLY * min((loop.figures.amplitude for loop in self.measured), default=math.inf)
 
     @cached_property
     def curve(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -237,14 +222,13 @@ def over_amplitude(e: Evaluation, place: int) -> Chart | None:
     ]
     if np.isfinite(reach).any():
         curves.insert(0, Curve(x, y, "model, 95 % interval", "model", "band", reach=reach))
-    measured = [loop for loop in e.whole.recorded if loop.cycles]
-    if measured:
-        at, of = np.array([[loop.figures.amplitude, getattr(loop.figures, column.key)] for loop in measured]).T
-        spread = [0.0 if loop.spread is None else getattr(loop.spread, column.key) for loop in measured]
+    if e.measured:
+        at, of = np.array([[loop.figures.amplitude, getattr(loop.figures, column.key)] for loop in e.measured]).T
+        spread = [0.0 if loop.spread is None else getattr(loop.spread, column.key) for loop in e.measured]
         curves.append(Curve(at, of, "measured, by cycle", "measured", "o", reach=spread))
     unit = scaled(column, float(np.abs(y).max()))
     ends = " to ".join(f"{in_unit(float(y[k]), unit, 3)} at {in_unit(float(x[k]), e.length, 3)}" for k in (0, -1))
-    sentence = f"Model's {column.words} from {ends}; measured loops: {len(measured)}."
+    sentence = f"Model's {column.words} from {ends}; measured loops: {len(e.measured)}."
     title = f"{column.words.capitalize()} over amplitude"
     return Chart(_KEYS[place], title, sentence, replace(e.length, words="amplitude"), unit, curves, "half", zero="x")
 
@@ -385,20 +369,20 @@ def report_page(identification: IdentifiedModel, model: ModelFile, parts: Parts,
 
 def _headline(whole: IdentifiedModel) -> Notice:
     """How far the model can be relied on."""
-    findings, text, is_usable = set(whole.outcomes), "Not tested on held-out strokes.", None
+    text, is_usable = "Not tested on held-out strokes.", None
     if whole.verdict is not None:
         text, is_usable = str(whole.verdict), whole.verdict.is_usable
-    elif findings & _POOR:
+    elif _POOR & {*whole.outcomes}:
         text, is_usable = "Not usable: it does not follow its own records.", False
-    level = Level.GOOD if is_usable and not findings - _HARMLESS else Level.CARE
+    has_cautions = any(kind.severity in CAUTIONS for kind in whole.outcomes)
+    level = Level.GOOD if is_usable and not has_cautions else Level.CARE
     return Notice(Level.POOR if is_usable is False else level, f"{text[0].upper()}{text[1:]}")
 
 
 def _tiles(e: Evaluation) -> Iterator[Tile]:
     """Figures of the largest loop measured, else of the model's over its range, and how well it fits."""
     whole, p = e.whole, e.whole.parameters
-    recorded = [loop for loop in whole.recorded if loop.cycles]
-    measured = max(recorded, key=lambda loop: loop.figures.amplitude, default=None)
+    measured = max(e.measured, key=lambda loop: loop.figures.amplitude, default=None)
     whole_range = steady_loop(e.solver, p.displacement_min, p.displacement_max).figures
     figures, modelled = (whole_range, None) if measured is None else (measured.figures, measured.predicted)
     at = f"at ±{in_unit(figures.amplitude, e.length, 3)}"

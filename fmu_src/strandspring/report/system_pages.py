@@ -95,7 +95,15 @@ def write_simulation(
     kept.sort(key=lambda place: -answers[place].severity)
     drawn = {place: answers[place] for place in sorted(kept[:_MOST_HISTORIES])}
     names = {place: f"{answer.where}: {answer.verdict.value}" for place, answer in drawn.items()}
-    histories: list[Any] = [_strokes(drawn), *_case_charts(drawn)] if drawn else []
+    histories: list[Any] = [_strokes(drawn)] if drawn else []
+    for chart, curves in _CASE_CHARTS.items():
+        of_all = [
+            replace(curve, record=place)
+            for place, answer in drawn.items() if answer.courses is not None
+            for curve in curves(answer, answer.courses)
+        ]  # fmt: skip
+        if of_all:
+            histories.append(replace(chart, curves=of_all))
     if left := sum(1 for answer in answers if answer.figures) - len(drawn):
         histories.append(f"{left} more have none here; simulate fewer cases or candidates to see them.")
     cases = list({answer.case.name: answer.case for answer in answers}.values())
@@ -178,12 +186,11 @@ def _shares_of_limits(answers: Sequence[CaseAnswer]) -> Iterator[Chart]:
         if figures:
             x, low, high = np.array(figures).T
             curves.append(Curve(x, 0.5 * (low + high), kind.value, colour, "", reach=0.5 * (high - low)))
-    sentence = "Of each kind the figure nearest to its limit."
     if curves:
         curves.append(Curve([0.5, len(shown) + 0.5], [1.0, 1.0], "limit", "poor", "--"))
+        title, sentence = "Figures beside their limits", "Of each kind the figure nearest to its limit."
         y, places = replace(PERCENT, words="share of the limit"), [answer.where for answer in shown]
-        yield Chart("limits", "Figures beside their limits", sentence, NUMBER, y, curves, zero="y",
-                    places=places)  # fmt: skip
+        yield Chart("limits", title, sentence, NUMBER, y, curves, zero="y", places=places)
 
 
 def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
@@ -241,18 +248,6 @@ def _strokes(answers: Mapping[int, CaseAnswer]) -> Chart:
         ]
     title = "Stroke beside its limit"
     return Chart("strokes", title, "Of all runs.", NUMBER, DISPLACEMENT, curves, is_apart=True, places=places)
-
-
-def _case_charts(answers: Mapping[int, CaseAnswer]) -> Iterator[Chart]:
-    """Histories and spectra, of one answer at a time."""
-    for chart, curves in _CASE_CHARTS.items():
-        drawn = [
-            replace(curve, record=place)
-            for place, answer in answers.items() if answer.courses is not None
-            for curve in curves(answer, answer.courses)
-        ]  # fmt: skip
-        if drawn:
-            yield replace(chart, curves=drawn)
 
 
 def _history(answer: CaseAnswer, courses: Courses, kind: FigureKind) -> Iterator[Curve]:
