@@ -164,7 +164,7 @@ class Chart:
     def draw(self, axes: Axes, record: int | None = None, *, has_legend: bool = True) -> Axes:
         """Draw it in given axes, its legend above them; of one record by its place, or of all if None."""
         from matplotlib import rc_context
-        from matplotlib.ticker import LogLocator, NullLocator
+        from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
         names = self.named(record)
         most = int(np.clip(_ALL_POINTS // max(1, len(self.curves)), *_POINTS))
@@ -177,7 +177,9 @@ class Chart:
                 axis.set_label_text(name, parse_math=False)
                 if letter in self.log:
                     axes.set(**{f"{letter}scale": "log"})
-                    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=4))
+                    low, high = axis.get_view_interval()
+                    powers = LogLocator(subs=(1.0, 2.0, 5.0) if high < 3e3 * low else (1.0,), numticks=8)
+                    axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]) if high < 2.5 * low else powers)
                     axis.set_major_formatter(lambda value, _: printed(f"{value:g}"))
                     axis.set_minor_locator(NullLocator())
                 elif letter == "y" or not self.places:
