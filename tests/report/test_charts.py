@@ -151,7 +151,7 @@ def test_figures_for_papers_and_notebooks(tmp_path: Path) -> None:
         axes = Figure().subplots()
         assert identification_page.plot_chart(reports.campaign(), key, axes, record=1) is axes
         assert axes.lines or axes.collections or axes.patches, key
-    with pytest.raises(StrandspringError, match="has no chart 'band'"):
-        identification_page.plot_chart(reports.plain(), "band", Figure().subplots())
+    with pytest.raises(StrandspringError, match="has no chart 'residuals-velocity'"):
+        identification_page.plot_chart(reports.hostile(), "residuals-velocity", Figure().subplots())
     with pytest.raises(StrandspringError, match=r"let the report end in \.html, open it in a browser and print it"):
         check_report_path("r.pdf")

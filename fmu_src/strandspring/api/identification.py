@@ -146,9 +146,12 @@ class Identification(IdentifiedModel, PlottedResult):
         >>> with TemporaryDirectory() as folder:
         ...     identify(bundled_record(), reverse="displacement").report(f"{folder}/hinge.html")
         """
-        from ..report.identification_page import write_report
+        from ..report import ReportDetails
+        from ..report.identification_page import report_page
+        from ..report.page import write_page
 
-        write_report(path, self, self.model_file(name, description), self.parts(brief=False, campaign=False), details)
+        parts = self.parts(brief=False, campaign=False)
+        write_page(path, report_page(self, self.model_file(name, description), parts, details or ReportDetails()))
 
 
 @takes(reading=Reading, fitting=Fitting)

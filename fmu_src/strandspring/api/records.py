@@ -77,9 +77,9 @@ class Overview(Result):
     """What was detected in records: strokes, cycles and loops."""
 
     def __init__(self, records: Sequence[Record]) -> None:
-        from ..report.record_page import overview
+        from ..report.record_page import RecordOverview
 
-        self.seen = [overview(record) for record in records]
+        self.seen = [RecordOverview(record) for record in records]
         self.findings = tuple(finding for one in self.seen for finding in (*one.refusals, *one.findings))
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - the table knows

@@ -12,9 +12,6 @@ from typing import ClassVar
 from ..errors import StrandspringError
 from ..ground.options import check, described, option
 
-_LONGEST = 500  # characters of one text
-_MOST_FIELDS = 50
-
 
 def check_report_path(path: str | Path) -> None:
     """Raise StrandspringError with what to do unless a report is a page."""
@@ -41,7 +38,7 @@ class ReportDetails:
 
     Raises
     ------
-    StrandspringError       If a text is too long, a label is empty, or the mass is not finite and > 0.
+    StrandspringError       If a label is empty, or the mass is not finite and > 0.
 
     Examples
     --------
@@ -74,10 +71,6 @@ class ReportDetails:
         if not all(isinstance(pair, tuple | list) and len(pair) == 2 and pair[0].strip() for pair in self.fields):
             raise StrandspringError(
                 f'`fields` must be pairs of label and text, such as (("Temperature", "23 °C"),), got {self.fields!r}.'
-            )
-        if len(self.fields) > _MOST_FIELDS or max(len(text) for pair in self.pairs for text in pair) > _LONGEST:
-            raise StrandspringError(
-                f"A report may have at most {_MOST_FIELDS} further fields, and texts of {_LONGEST} characters."
             )
 
     @property

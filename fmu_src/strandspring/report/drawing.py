@@ -7,6 +7,7 @@ tiny nor huge. Colours have names, and colour-blind people tell them apart (Okab
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import re
 from collections.abc import Sequence
@@ -21,7 +22,6 @@ from ..kernel.arrays import BoolArray, FloatArray, IndexArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 LIGHT = {
@@ -64,11 +64,9 @@ _SCALES = {
     "N/m": (("N/m", 1.0, 1e3), ("N/mm", 1e-3, 1e7), ("kN/mm", 1e-6, math.inf)),
     "kg": (("g", 1e3, 1.0), ("kg", 1.0, 1e4), ("t", 1e-3, math.inf)),
 }
-_ORDINARY = (1e-3, 1e6)  # beyond these a power of ten goes to the unit, so that ticks stay short
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d{2,3})\b")
 _MINUS = re.compile(r"(?<![\w.)-])-(?=\.?\d)")
-_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:[µmk]?[NJm]|k?N/m{1,2}|mm/s|m/s|k?g|t|s|Hz|%)(?![\w/]))")
 NUMBER, PERCENT = ResultColumn("number", "1", ""), ResultColumn("share", "1", "", shown="%", factor=100.0)
 DISPLACEMENT = ResultColumn("displacement", "m", "displacement", shown="mm", factor=1e3)
 FORCE = ResultColumn("force", "N", "force", shown="N")
@@ -83,16 +81,12 @@ def scaled(column: ResultColumn, largest: float) -> ResultColumn:
 
     Examples
     --------
-    >>> scaled(FORCE, 2.5e5).shown, scaled(FORCE, 2.5e-14).shown
-    ('kN', '10⁻¹² mN')
+    >>> scaled(FORCE, 2.5e5).shown, scaled(FORCE, 0.02).shown
+    ('kN', 'mN')
     """
     if column.unit not in _SCALES:
         return column
     name, factor, _ = next(scale for scale in _SCALES[column.unit] if not abs(largest) >= scale[2])
-    shown = abs(largest) * factor
-    if 0.0 < shown < _ORDINARY[0] or _ORDINARY[1] <= shown < math.inf:
-        power = 3 * math.floor(math.log10(shown) / 3.0)
-        name, factor = f"10{str(power).translate(_SUPERSCRIPT)} {name}", factor * 10.0**-power
     return replace(column, shown=name, factor=factor)
 
 
@@ -113,16 +107,15 @@ def percent(share: float, digits: int = 2) -> str:
 
 
 def printed(text: str) -> str:
-    """A text in the notation of print; no line ends between a number and its unit.
+    """A text in the notation of print.
 
     Examples
     --------
-    >>> printed("from -2.93e-07 to 1.1e+03 J, +- 4 %").replace("\\xa0", "_")
-    'from −2.93×10⁻⁷ to 1.1×10³ J, ±4_%'
+    >>> printed("from -2.93e-07 to 1.1e+03 J, +- 4 %")
+    'from −2.93×10⁻⁷ to 1.1×10³ J, ±4 %'
     """
     words = _EXPONENT.sub(lambda match: f"{match[1]}×10{str(int(match[2])).translate(_SUPERSCRIPT)}", text)
-    words = _MINUS.sub("\N{MINUS SIGN}", words).replace("+- ", "±").replace("+-", "±")
-    return _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", words)
+    return _MINUS.sub("\N{MINUS SIGN}", words).replace("+- ", "±").replace("+-", "±")
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,6 +164,7 @@ class Chart:
     def draw(self, axes: Axes, record: int | None = None, *, has_legend: bool = True) -> Axes:
         """Draw it in given axes, its legend above them; of one record by its place, or of all if None."""
         from matplotlib import rc_context
+        from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
         names = self.named(record)
         most = int(np.clip(_ALL_POINTS // max(1, len(self.curves)), *_POINTS))
@@ -182,7 +176,12 @@ class Chart:
                 name = f"{column.words} [{column.shown}]" if column.shown else column.words
                 axis.set_label_text(name, parse_math=False)
                 if letter in self.log:
-                    _logarithmic(axes, axis, letter)
+                    axes.set(**{f"{letter}scale": "log"})
+                    low, high = axis.get_view_interval()
+                    powers = LogLocator(subs=(1.0, 2.0, 5.0) if high < 3e3 * low else (1.0,), numticks=8)
+                    axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]) if high < 2.5 * low else powers)
+                    axis.set_major_formatter(lambda value, _: printed(f"{value:g}"))
+                    axis.set_minor_locator(NullLocator())
                 elif letter == "y" or not self.places:
                     axes.locator_params(axis=letter, nbins=6)  # type: ignore[arg-type]
                 if letter in self.zero:
@@ -231,34 +230,24 @@ def _draw_curve(axes: Axes, curve: Curve, chart: Chart, most: int, label: str) -
             artist.set_gid(gid)
 
 
-def _logarithmic(axes: Axes, axis: Axis, letter: str) -> None:
-    """Ticks such as 0.5, 1, 2, 5, so many that some lie between the limits, in plain numbers."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
-
-    axes.set(**{f"{letter}scale": "log"})
-    low, high = axis.get_view_interval()
-    decades = math.log10(high / low)
-    subs = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0) if decades < 1.0 else (1.0, 2.0, 5.0) if decades < 3.5 else (1.0,)
-    powers = LogLocator(subs=subs, numticks=8)
-    axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]) if decades < 0.4 else powers)
-    axis.set_major_formatter(FuncFormatter(lambda value, _: printed(f"{value:g}")))
-    axis.set_minor_locator(NullLocator())
-
-
 def _annotate(axes: Axes, texts: Sequence[tuple[Any, ...]]) -> None:
     """Texts with names of colours beside their points; those for which no place is free are left out."""
-    to_points = axes.transData + axes.get_figure(root=True).dpi_scale_trans.inverted()  # type: ignore[union-attr]
-    taken = [(x - 3.0, x + 3.0, y - 3.0, y + 3.0) for x, y in (72.0 * to_points.transform(at[:2]) for at in texts)]
-    for (x, y, text, colour), (left, right, below, above) in zip(texts, list(taken), strict=True):
-        words, middle, height = shortened(text, 30), 0.5 * (left + right), 0.5 * (below + above)
-        for across, up in ((1, 1), (-1, 1), (1, -1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0)):
-            begin = middle + 4.0 * across + (-0.5, 0.0, -1.0)[across] * 3.6 * len(words)
-            box = (begin, begin + 3.6 * len(words), height + 7.0 * up - 3.0, height + 7.0 * up + 3.0)
-            if all(box[1] < a or b < box[0] or box[3] < c or d < box[2] for a, b, c, d in taken):
+    from matplotlib.transforms import Bbox
+
+    axes.apply_aspect()
+    places = [axes.transData.transform(at[:2]) for at in texts]
+    taken = [Bbox.from_bounds(left - 3.0, below - 3.0, 6.0, 6.0) for left, below in places]
+    for x, y, text, colour in texts:
+        for across, up in itertools.product((1, -1, 0), repeat=2):
+            words = axes.annotate(
+                shortened(text, 30), (x, y), (4.0 * across, 7.0 * up), textcoords="offset points", va="center",
+                ha=("center", "left", "right")[across], fontsize=6.0, color=LIGHT[colour],
+            )  # fmt: skip
+            box = words.get_window_extent()
+            if not box.count_overlaps(taken):
                 taken.append(box)
-                axes.annotate(words, (x, y), (4.0 * across, 7.0 * up), textcoords="offset points", va="center",
-                              ha=("center", "left", "right")[across], fontsize=6.0, color=LIGHT[colour])  # fmt: skip
                 break
+            words.remove()
 
 
 def shortened(name: str, longest: int) -> str:

@@ -18,9 +18,8 @@ import json
 import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
-from itertools import pairwise
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -30,17 +29,16 @@ from .._version import __version__
 from ..errors import IsolationError, ModelError, Reader, StrandspringError
 from ..findings import CAUTIONS, Outcome, gathered, words
 from ..ground.gravity import STANDARD_GRAVITY
-from ..ground.plotfile import SUFFIXES, save_figure, some_axes
+from ..ground.plotfile import save_figure, some_axes
 from ..ground.result_columns import ResultColumn
 from ..identification.figures import RecordFit, chosen_samples
 from ..identification.identified import IdentifiedModel
-from ..kernel.arrays import BoolArray, FloatArray
+from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..loops.campaign import campaign_verdicts
-from ..loops.cycles import find_cycles
 from ..loops.loop import PANELS, relaxed_branches, steady_loop
-from ..loops.strokes import Strokes, find_strokes
-from ..model.joint import NORMAL_95, ForceInterval, JointCovariance
+from ..loops.strokes import find_strokes
+from ..model.joint import NORMAL_95, JointCovariance
 from ..model.modelfile import ModelFile
 from ..model.stated_figures import differ, energy_ratio
 from ..records.record import Record
@@ -48,7 +46,7 @@ from ..vibration.one_mass.band import band_frequencies
 from ..vibration.one_mass.options import DEFAULT_SHARES, Excitation
 from ..vibration.one_mass.response import frequency_response
 from ..vibration.one_mass.system import IsolatedMass, free_travel, static_equilibrium
-from . import ReportDetails, check_report_path
+from . import ReportDetails
 from .drawing import (
     DISPLACEMENT,
     FORCE,
@@ -65,7 +63,7 @@ from .drawing import (
     scaled,
     steady_curves,
 )
-from .page import Level, Notice, Page, Parts, Section, Table, Tile, plain, write_page
+from .page import Level, Notice, Page, Parts, Section, Tile, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,45 +71,30 @@ if TYPE_CHECKING:
 COLUMN = 88.0 / 25.4  # width of a column of a journal [inches]
 _RESOLUTION = 600  # of a PNG [dots per inch]
 _RECORDS, _CYCLES = 40, 12  # in the charts, and of a record where cycles lie over each other
-_LISTED = 200  # records in tables and assumptions
 _MODEL_POINTS, _BAND_POINTS = 401, 150
 _AMPLITUDES = np.linspace(0.05, 1.0, 15)  # of the model's curve, shares of half the identified range
 _NEARLY = 0.9  # share of an amplitude that counts as that amplitude
 _PLACES = (0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2)  # where in the range a mass is tried to rest, by preference
 _VELOCITY = ResultColumn("velocity", "m/s", "velocity", shown="mm/s", factor=1e3)
+_MASS = ResultColumn("mass", "kg", "mass")
 _TRANSMISSIBILITY = ResultColumn("transmissibility", "1", "absolute transmissibility")
 _KEYS = [f"amplitude-{column.key.replace('_', '-')}" for column in PANELS]
-_ITEM = ("item", "details")
+_ITEM, _FILE = ("item", "details"), ("file", "samples", "SHA-256")
 # The model does not follow its own records.
 _POOR = frozenset({Outcome.POOR_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})
-# They leave the model as good as it would be without them.
-_HARMLESS = frozenset(kind for kind in Outcome if kind.severity not in CAUTIONS)
 
 
-@dataclass(frozen=True, eq=False)
 class RecordView:
-    """A record beside its prediction."""
+    """A record beside its prediction: `fit` of the spring alone along the displacement as recorded, and `fitted` with
+    what was removed from the record.
+    """
 
-    name: str  # of its file without folders
-    record: Record
-    fit: RecordFit  # of the spring alone along the displacement as recorded
-    fitted: RecordFit  # with what was removed from the record
-    place: int  # among the records
-
-    @cached_property
-    def strokes(self) -> Strokes:
-        """Strokes of the measured displacement."""
-        return find_strokes(self.record.displacement)
-
-    @cached_property
-    def is_compared(self) -> BoolArray:
-        """Samples that are compared, shape (K,)."""
-        return chosen_samples(self.record, self.fit.first_sample)
-
-    @property
-    def residuals(self) -> FloatArray:
-        """Measured minus predicted force [N]; NaN where a sample is not compared."""
-        return np.where(self.is_compared, self.record.force - self.fit.predicted, np.nan)
+    def __init__(self, name: str, record: Record, fit: RecordFit, fitted: RecordFit, place: int) -> None:
+        self.name, self.record, self.fit, self.fitted, self.place = name, record, fit, fitted, place
+        self.strokes = find_strokes(record.displacement)
+        self.is_compared = chosen_samples(record, fit.first_sample)  # shape (K,)
+        # Measured minus predicted force [N], likewise; NaN where a sample is not compared.
+        self.residuals = np.where(self.is_compared, record.force - fit.predicted, np.nan)
 
     def along(self, axis: ResultColumn) -> FloatArray:
         """What an axis counts, shape (K,) [SI]."""
@@ -158,9 +141,9 @@ class Evaluation:
         # Of all samples compared [N].
         self.largest_residual = max(float(np.nanmax(np.abs(view.residuals))) for view in self.views)
         self.residual = scaled(replace(FORCE, words="measured − model"), self.largest_residual)
-        cycles = (loop.figures.amplitude for loop in whole.recorded if loop.cycles)
+        self.measured = [loop for loop in whole.recorded if loop.cycles]
         # Below it loops are extrapolated [m].
-        self.smallest_measured = _NEARLY * min(cycles, default=math.inf)
+        self.smallest_measured = _NEARLY * min((loop.figures.amplitude for loop in self.measured), default=math.inf)
 
     @cached_property
     def curve(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -239,14 +222,13 @@ def over_amplitude(e: Evaluation, place: int) -> Chart | None:
     ]
     if np.isfinite(reach).any():
         curves.insert(0, Curve(x, y, "model, 95 % interval", "model", "band", reach=reach))
-    measured = [loop for loop in e.whole.recorded if loop.cycles]
-    if measured:
-        at, of = np.array([[loop.figures.amplitude, getattr(loop.figures, column.key)] for loop in measured]).T
-        spread = [0.0 if loop.spread is None else getattr(loop.spread, column.key) for loop in measured]
+    if e.measured:
+        at, of = np.array([[loop.figures.amplitude, getattr(loop.figures, column.key)] for loop in e.measured]).T
+        spread = [0.0 if loop.spread is None else getattr(loop.spread, column.key) for loop in e.measured]
         curves.append(Curve(at, of, "measured, by cycle", "measured", "o", reach=spread))
     unit = scaled(column, float(np.abs(y).max()))
     ends = " to ".join(f"{in_unit(float(y[k]), unit, 3)} at {in_unit(float(x[k]), e.length, 3)}" for k in (0, -1))
-    sentence = f"Model's {column.words} from {ends}; measured loops: {len(measured)}."
+    sentence = f"Model's {column.words} from {ends}; measured loops: {len(e.measured)}."
     title = f"{column.words.capitalize()} over amplitude"
     return Chart(_KEYS[place], title, sentence, replace(e.length, words="amplitude"), unit, curves, "half", zero="x")
 
@@ -266,52 +248,35 @@ def branches(e: Evaluation) -> Chart:
     return Chart("branches", "Elastic force and saturated branches", sentence, e.length, e.force, curves, "half")
 
 
-def band(e: Evaluation) -> Chart | None:
-    """The last cycle of the last record with its uncertainty; None if that is unknown."""
-    whole, view = e.whole, e.views[-1]
-    interval = ForceInterval.from_uncertainty(whole.uncertainty)
-    joint = JointCovariance.from_uncertainty(whole.parameters, whole.uncertainty)
-    if interval is None or joint is None:
-        return None
-    x, start, time = view.record.displacement, view.fit.omega_start, view.record.rising_time
-    cycle = next(reversed(find_cycles(view.record)), None)
-    ends = (0, x.size - 1) if cycle is None else (cycle.first_sample, cycle.last_sample)
-    own = slice(ends[0], ends[1] + 1)
-    errors = joint.errors(whole.parameters, lambda moved: PathSolver(moved).force(x, start, time))
-    reaching, sure = interval.reach(view.fit.predicted, errors), NORMAL_95 * errors
-    curves = [Curve(x[own], view.fit.predicted[own], "model", "model")]
-    for low, high in pairwise(np.unique(np.clip(view.strokes.turning, *ends)).tolist()):
-        for name, colour, reach in (
-            ("95 % prediction interval of a measured force", "prediction", reaching),
-            ("95 % confidence band of the mean", "model", sure),
-        ):
-            at = slice(low, high + 1)
-            curves.append(Curve(x[at], view.fit.predicted[at], name, colour, "band", reach=reach[at]))
-    prediction, mean = (in_unit(float(np.median(reach[own])), e.residual, 2) for reach in (reaching, sure))
-    sentence = f"In the median the prediction interval is ±{prediction}, the confidence band ±{mean}."
-    return Chart("band", "Last cycle with its uncertainty", sentence, e.length, e.force, curves, "half")
-
-
 def transmissibility(e: Evaluation) -> Chart | str:
-    """Absolute transmissibility under three levels of base motion, or why it cannot be had."""
-    try:
-        system = next(_at_rest(e)) if e.mass is None else IsolatedMass(e.whole.parameters, e.mass)
-        equilibrium = static_equilibrium(system)
-        travel, frequencies = free_travel(system, equilibrium), band_frequencies(None, _BAND_POINTS, equilibrium)
-        responses = [
-            frequency_response(system, Excitation.BASE_DISPLACEMENT, share * travel, frequencies)
-            for share in DEFAULT_SHARES
-        ]
-    except IsolationError as refusal:
+    """Absolute transmissibility under three levels of base motion, or why it cannot be had.
+
+    Unless a mass is given it is one whose weight rests near the middle of the range.
+    """
+    p, refusal = e.whole.parameters, "no mass rests on this spring by its own weight."
+    x = p.displacement_min + np.array(_PLACES) * (p.displacement_max - p.displacement_min)
+    weights = e.solver.force_with_partials(x, 0.0 * x)[0]
+    # Two digits, as somebody would ask for.
+    resting = [float(f"{weight / STANDARD_GRAVITY:.2g}") for weight in weights.tolist() if weight > 0.0]
+    for mass in resting if e.mass is None else [e.mass]:
+        try:
+            system = IsolatedMass(p, mass)
+            equilibrium = static_equilibrium(system)
+            travel, frequencies = free_travel(system, equilibrium), band_frequencies(None, _BAND_POINTS, equilibrium)
+            responses = [
+                frequency_response(system, Excitation.BASE_DISPLACEMENT, share * travel, frequencies)
+                for share in DEFAULT_SHARES
+            ]
+            break
+        except IsolationError as error:
+            refusal = refusal if e.mass is None else str(error)
+    else:
         return f"Transmissibility: {refusal}"
-    except StopIteration:
-        return "Transmissibility: no mass rests on this spring by its own weight."
     motions = []
     for response in responses:
         level = f"base ±{in_unit(response.level, scaled(DISPLACEMENT, response.level), 2)}"
         x, y = response.column("frequency"), response.column("transmissibility")
         motions.append(Steady(x, y, ~response.unstable, level))
-    weighed = in_unit(system.mass, scaled(ResultColumn("mass", "kg", "mass"), system.mass))
     peaks = [response.resonance for response in (responses[0], responses[-1])]
     small, large = (f"{peak.transmissibility:.3g} at {peak.frequency:.3g} Hz" for peak in peaks)
     chosen = ", of a mass that rests near mid-range" if e.mass is None else ""
@@ -321,21 +286,9 @@ def transmissibility(e: Evaluation) -> Chart | str:
         f"Rest at {rest}{chosen}, natural frequency {natural}; resonance {small} (smallest motion) and {large}, "
         f"isolation from {isolates}."
     )
-    title = f"Transmissibility of {weighed} on one spring"
+    title = f"Transmissibility of {in_unit(mass, scaled(_MASS, mass))} on one spring"
     curves = steady_curves(motions)
     return Chart("transmissibility", title, sentence, FREQUENCY, _TRANSMISSIBILITY, curves, log="xy")
-
-
-def _at_rest(e: Evaluation) -> Iterator[IsolatedMass]:
-    """Masses whose weight rests within the range, near its middle first."""
-    p = e.whole.parameters
-    x = p.displacement_min + np.array(_PLACES) * (p.displacement_max - p.displacement_min)
-    weights = e.solver.force_with_partials(x, 0.0 * x)[0]
-    for mass in (weights[weights > 0.0] / STANDARD_GRAVITY).tolist():
-        system = IsolatedMass(p, float(f"{mass:.2g}"))  # two digits, as somebody would ask for
-        with suppress(IsolationError):
-            static_equilibrium(system)
-            yield system
 
 
 CHARTS: dict[str, Callable[[Evaluation], Chart | str | None]] = {
@@ -344,7 +297,6 @@ CHARTS: dict[str, Callable[[Evaluation], Chart | str | None]] = {
     **{f"residuals-{over}": partial(residuals, over=over) for over in ("time", "displacement", "velocity")},
     **{_KEYS[place]: partial(over_amplitude, place=place) for place in range(len(PANELS))},
     "branches": branches,
-    "band": band,
     "transmissibility": transmissibility,
 }
 
@@ -374,69 +326,63 @@ def plot_chart(
 
 
 def write_figure(path: str | Path, identification: IdentifiedModel) -> None:
-    """Write the loops as a figure for a paper; raises StrandspringError if its ending is wrong or it cannot be."""
+    """Write the loops as a figure (.png, .svg or .pdf) for a paper; raises StrandspringError if it cannot be."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise StrandspringError(f"A figure must end in {', '.join(SUFFIXES)}, got {str(path)!r}.")
     with rc_context(STYLE):
         figure = Figure((COLUMN, 0.62 * COLUMN), layout="constrained")
         loops(Evaluation(identification)).draw(figure.subplots())
-        save_figure(path, figure, _RESOLUTION)
-
-
-def write_report(
-    path: str | Path, identification: IdentifiedModel, model: ModelFile, parts: Parts,
-    details: ReportDetails | None = None,
-) -> None:  # fmt: skip
-    """Write the report with the parts of a result; raises StrandspringError if its ending is wrong or it cannot be."""
-    check_report_path(path)
-    write_page(path, report_page(identification, model, parts, details or ReportDetails()))
+        save_figure(Path(path), figure, _RESOLUTION)
 
 
 def report_page(identification: IdentifiedModel, model: ModelFile, parts: Parts, details: ReportDetails) -> Page:
-    """Everything a report says."""
+    """Everything a report says, with the parts of a result."""
     e = Evaluation(identification, details.mass)
     charts = {key: found for key, make in CHARTS.items() if (found := make(e)) is not None}
 
     def of(*subjects: str) -> list[Chart | str]:
         return [chart for key, chart in charts.items() if key.partition("-")[0] in subjects]
 
+    noted = [(view.name, view.record.findings) for view in e.views]
+    noted.append(("Not considered", tuple(finding.in_folder for finding in identification.record_findings)))
+    assumed = [(name, " ".join(gathered(findings, Reader.FILE))) for name, findings in noted if findings]
+    files = [(view.name, str(len(view.record)), view.record.sha256 or "not from a file") for view in e.views]
+    options = json.dumps(identification.options, ensure_ascii=False, default=str)
+    program = f"strandspring {model.provenance.get('version', __version__)}"
+    origin = [("Method", identification.method), ("Options", options), ("Program", program)]
     result = [part for part in parts if part != str(identification.verdict)]
     signatures = [(f"{role}: name, date, signature", "") for role in ("Prepared", "Checked", "Approved")]
     sections = [
         Section("Verdict", [_headline(identification), *_tiles(e), *of("loops"), *_verdict(e)]),
-        Section("Figures", [*result, *of("amplitude", "branches", "band")]),
+        Section("Figures", [*result, *of("amplitude", "branches")]),
         Section("Fit", of("force", "residuals")),
         Section("Vibration isolation", of("transmissibility")),
-        Section("What was assumed", [_assumptions(e)], is_folded=True),
-        Section("Provenance", [*_provenance(e, model)], is_folded=True),
+        Section("What was assumed", [plain("", ("record", "what was assumed"), assumed)], is_folded=True),
+        Section("Provenance", [plain("Files", _FILE, files), plain("", _ITEM, origin)], is_folded=True),
         Section("Test and release", [plain("", _ITEM, [*details.pairs, *signatures])]),
     ]
     names = {view.place: view.name for view in e.shown}
-    folders = [view for view in e.views if PurePath(view.record.path).name != view.record.path]
-    files = {view.record.path: view.name for view in folders}
-    return Page(f"Spring identification: {model.name}", model.description, sections, names, files=files)
+    folders = {view.record.path: view.name for view in e.views if PurePath(view.record.path).name != view.record.path}
+    return Page(f"Spring identification: {model.name}", model.description, sections, names, files=folders)
 
 
 def _headline(whole: IdentifiedModel) -> Notice:
     """How far the model can be relied on."""
-    findings, text, is_usable = set(whole.outcomes), "Not tested on held-out strokes.", None
+    text, is_usable = "Not tested on held-out strokes.", None
     if whole.verdict is not None:
         text, is_usable = str(whole.verdict), whole.verdict.is_usable
-    elif findings & _POOR:
+    elif _POOR & {*whole.outcomes}:
         text, is_usable = "Not usable: it does not follow its own records.", False
-    level = Level.GOOD if is_usable and not findings - _HARMLESS else Level.CARE
+    has_cautions = any(kind.severity in CAUTIONS for kind in whole.outcomes)
+    level = Level.GOOD if is_usable and not has_cautions else Level.CARE
     return Notice(Level.POOR if is_usable is False else level, f"{text[0].upper()}{text[1:]}")
 
 
 def _tiles(e: Evaluation) -> Iterator[Tile]:
     """Figures of the largest loop measured, else of the model's over its range, and how well it fits."""
     whole, p = e.whole, e.whole.parameters
-    recorded = [loop for loop in whole.recorded if loop.cycles]
-    measured = max(recorded, key=lambda loop: loop.figures.amplitude, default=None)
+    measured = max(e.measured, key=lambda loop: loop.figures.amplitude, default=None)
     whole_range = steady_loop(e.solver, p.displacement_min, p.displacement_max).figures
     figures, modelled = (whole_range, None) if measured is None else (measured.figures, measured.predicted)
     at = f"at ±{in_unit(figures.amplitude, e.length, 3)}"
@@ -467,18 +413,3 @@ def _verdict(e: Evaluation) -> Iterator[Any]:
     for finding in (*whole.findings, *relaxed_branches(whole.parameters)):
         level = Level.CARE if finding.kind.severity in CAUTIONS else Level.INFORMATION
         yield Notice(level, words(finding, Reader.FILE))
-
-
-def _assumptions(e: Evaluation) -> Table:
-    notes = [(view.name, view.record.findings) for view in e.views[:_LISTED]]
-    notes.append(("Not considered", tuple(finding.in_folder for finding in e.whole.record_findings)))
-    rows = [(name, " ".join(gathered(findings, Reader.FILE))) for name, findings in notes if findings]
-    return plain("", ("record", "what was assumed"), rows)
-
-
-def _provenance(e: Evaluation, model: ModelFile) -> Iterator[Table]:
-    rows = [(view.name, str(len(view.record)), view.record.sha256 or "not from a file") for view in e.views[:_LISTED]]
-    yield plain("Files", ("file", "samples", "SHA-256"), rows)
-    options = json.dumps(e.whole.options, ensure_ascii=False, default=str)
-    program = f"strandspring {model.provenance.get('version', __version__)}"
-    yield plain("", _ITEM, [("Method", e.whole.method), ("Options", options), ("Program", program)])

@@ -16,17 +16,13 @@ from dataclasses import dataclass, field
 from enum import Enum
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from .._version import __version__
 from ..ground.files import write_text
 from ..ground.result_columns import ResultColumn, texts
 from . import check_report_path
 from .drawing import LIGHT, STYLE, Chart, printed
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _SIZES = {"wide": (8.8, 2.75), "half": (4.3, 2.3), "square": (4.3, 4.3)}  # of figures [inches]
 _LEFT, _RIGHT, _BELOW, _ABOVE, _LETTER = 46.0, 12.0, 28.0, 6.0, 3.8  # room about axes, and of a letter [points]
@@ -132,26 +128,26 @@ def write_page(path: str | Path, page: Page) -> None:
         loader=PackageLoader("strandspring", "report/assets"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    papers: dict[Any, tuple[Figure, Axes]] = {}
-    environment.filters |= {
-        "said": page.said,
-        "printed": lambda text: printed(page.said(text)),
-        "panels": lambda chart: _panels(chart, papers),
-        "cells": lambda table: [*zip(*texts(table.columns, table.rows).values(), strict=True)],
-        "headings": lambda table: [column.heading for column in texts(table.columns, table.rows)],
-        "sha256": lambda script: base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
-    }
+    papers: dict[Any, Any] = {}
+    environment.filters.update(
+        said=page.said,
+        printed=lambda text: printed(page.said(text)),
+        panels=lambda chart: _panels(chart, papers),
+        cells=lambda table: [*zip(*texts(table.columns, table.rows).values(), strict=True)],
+        headings=lambda table: [column.heading for column in texts(table.columns, table.rows)],
+        sha256=lambda script: base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+    )
     write_text(Path(path), environment.get_template("page.html.j2").render(page=page))
 
 
-def _panels(chart: Chart, papers: dict[Any, tuple[Figure, Axes]]) -> Iterator[tuple[int | None, str, dict[str, str]]]:
+def _panels(chart: Chart, papers: dict[Any, Any]) -> Iterator[tuple[int | None, str, dict[str, str]]]:
     """Of each panel the place of its record, if it has one, its SVG, and the looks of its legend.
 
     Axes of one kind are used again, as making them takes longer than all the rest.
     """
     from markupsafe import Markup
     from matplotlib import rc_context
-    from matplotlib.figure import Figure as Paper
+    from matplotlib.figure import Figure
 
     width, height = (72.0 * inches for inches in _SIZES[chart.form])
     below = max([_BELOW, *(8.0 + _LETTER * min(len(name), 30) for name in chart.places)])
@@ -162,16 +158,15 @@ def _panels(chart: Chart, papers: dict[Any, tuple[Figure, Axes]]) -> Iterator[tu
         look: Any = {"svg.hashsalt": f"{chart.key}-{record}", "svg.fonttype": "none", "path.simplify_threshold": 0.3}
         with rc_context({**STYLE, **look}), io.StringIO() as file:
             if kind not in papers:
-                paper = Paper(_SIZES[chart.form], dpi=72, facecolor="none")
-                papers[kind] = paper, paper.add_axes(room, facecolor="none")
-            paper, axes = papers[kind]
+                figure = Figure(_SIZES[chart.form], dpi=72, facecolor="none")
+                papers[kind] = figure, figure.add_axes(room, facecolor="none")
+            figure, axes = papers[kind]
             for artist in (*axes.lines, *axes.collections, *axes.texts):
                 artist.remove()
-            axes.containers.clear()
             axes.relim()
             axes.autoscale(True)
             chart.draw(axes, record, has_legend=False)
-            paper.savefig(file, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+            figure.savefig(file, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
             content = inline(file.getvalue())
         (left, bottom), (right, top) = axes.bbox.get_points().tolist()
         box = [round(end, 1) for end in (left, right, height - top, height - bottom)]

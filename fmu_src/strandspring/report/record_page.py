@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path, PurePath
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from ..ground.result_columns import ResultColumn
 from ..identification.refusals import Strokes, cut_all, impossible
 from ..identification.samples import Samples
 from ..kernel.arrays import IndexArray
-from ..loops.cycles import Cycle, find_cycles
+from ..loops.cycles import find_cycles
 from ..loops.strokes import find_strokes
 from ..records.record import Record
 from ..records.spikes import spikes_of
@@ -39,22 +38,40 @@ _CYCLES = (
 )
 
 
-@dataclass(frozen=True, eq=False)
 class RecordOverview:
-    """What there is in a record."""
+    """What there is in a record, for people to choose from.
 
-    record: Record
-    strokes: int
-    cycles: tuple[Cycle, ...]  # in the order in which `select` counts them
-    # Ascending indices of samples by why they are left out of a fit; "spikes" are not, but should be corrected.
-    left_out: Mapping[str, IndexArray]
-    first: int  # of the samples that would be fitted
-    refusals: tuple[Finding, ...]  # why no spring would be identified; none if one would
+    Attributes
+    ----------
+    name : str                    File name without folders.
+    strokes : int
+    cycles : tuple of Cycle       In the order in which `select` counts them.
+    left_out : mapping            Ascending indices of samples by why they are left out of a fit; "spikes" are not, but
+                                  should be corrected.
+    first : int                   Of the samples that would be fitted.
+    refusals : tuple of Finding   Why no spring would be identified; none if one would.
+    """
 
-    @property
-    def name(self) -> str:
-        """File name without folders."""
-        return PurePath(self.record.path).name
+    def __init__(self, record: Record) -> None:
+        self.record, self.name = record, PurePath(record.path).name
+        self.strokes, self.cycles = find_strokes(record.displacement).count, find_cycles(record)
+        part = Strokes(record)
+        left_out: dict[str, IndexArray] = {
+            "spikes": np.union1d(*spikes_of(record.displacement, record.force)).astype(np.intp),
+            "clipped": np.flatnonzero(part.clipped),
+            "dwells": np.flatnonzero(part.resting),
+            "not selected": np.flatnonzero([] if record.compared is None else ~record.compared),
+        }
+        self.left_out = {reason: samples for reason, samples in left_out.items() if samples.size}
+        self.first, self.refusals = 0, tuple[Finding, ...]()
+        try:
+            (part,) = cut_all([record])
+            if (reason := impossible(part)) is not None:
+                raise reason
+            self.first = int(Samples.of([record], len(record)).rows[0])
+        except IdentificationError as refused:
+            place = f"No spring would be identified: {self.name}"
+            self.refusals = tuple(replace(finding, where=place) for finding in refused.findings)
 
     @property
     def findings(self) -> Iterator[Finding]:
@@ -82,39 +99,21 @@ class RecordOverview:
             yield Curve(over[begins], of[begins], "a cycle begins", "model", "o", place)
 
 
-def overview(record: Record) -> RecordOverview:
-    """What there is in a record, for people to choose from."""
-    part = Strokes(record)
-    left_out: dict[str, IndexArray] = {
-        "spikes": np.union1d(*spikes_of(record.displacement, record.force)).astype(np.intp),
-        "clipped": np.flatnonzero(part.clipped),
-        "dwells": np.flatnonzero(part.resting),
-        "not selected": np.flatnonzero([] if record.compared is None else ~record.compared),
-    }
-    seen = {reason: samples for reason, samples in left_out.items() if samples.size}
-    first, refusals = 0, tuple[Finding, ...]()
-    try:
-        (part,) = cut_all([record])
-        if (reason := impossible(part)) is not None:
-            raise reason
-        first = int(Samples.of([record], len(record)).rows[0])
-    except IdentificationError as refused:
-        place = f"No spring would be identified: {PurePath(record.path).name}"
-        refusals = tuple(replace(finding, where=place) for finding in refused.findings)
-    return RecordOverview(record, find_strokes(record.displacement).count, find_cycles(record), seen, first, refusals)
-
-
 def write_record_page(path: Path, records: Sequence[Record]) -> None:
     """Write a page with loops, strokes and cycles; zooming and choosing cycles prints options. Raises StrandspringError
     if its ending is wrong or it cannot be written.
     """
-    shown = [overview(record) for record in records]
+    shown = [RecordOverview(record) for record in records]
     is_timed = all(record.rising_time is not None for record in records)
+    detected: list[str | Notice] = []
+    for one in shown:
+        detected.append(f"{one.name}: {' '.join(one.record.notes) or 'Nothing was assumed.'}")
+        detected += [Notice(Level.CARE, text) for text in gathered(one.findings, Reader.FILE)]
     counts = [len(one.cycles) for one in shown]
     sections = (
         Section("Loops and strokes", [*_loops(shown, TIME if is_timed else SAMPLE)]),
         Section("Cycles", [*_cycles(shown)]),
-        Section("What was detected", [*_detected(shown)]),
+        Section("What was detected", detected),
     )
     title = shown[0].name if len(shown) == 1 else f"{shown[0].name} and {len(shown) - 1} more"
     page = Page(
@@ -146,18 +145,13 @@ def _cycles(shown: Sequence[RecordOverview]) -> Iterator[Notice | Table]:
         for count, cycle in enumerate(one.cycles, 1):
             ends = [cycle.first_sample, cycle.last_sample]
             x, time = one.record.displacement[ends[0] : ends[1] + 1], one.record.time
-            row: dict[str, Any] = {
+            rows.append({
                 "number": str(count),
                 "samples": (ends[0] + 1, ends[1] + 1),
+                "time": None if time is None else tuple(time[ends].tolist()),
+                "amplitude": cycle.figures.amplitude,
+                "displacement": (float(x.min()), float(x.max())),
                 "frequency": cycle.frequency,
-            }
-            row |= {"amplitude": cycle.figures.amplitude, "displacement": (float(x.min()), float(x.max()))}
-            rows.append(row | {"time": None if time is None else tuple(time[ends].tolist())})
+            })  # fmt: skip
         if rows:
             yield Table(f"Cycles of {one.name}", _CYCLES, rows)
-
-
-def _detected(shown: Sequence[RecordOverview]) -> Iterator[str | Notice]:
-    for one in shown:
-        yield f"{one.name}: {' '.join(one.record.notes) or 'Nothing was assumed.'}"
-        yield from (Notice(Level.CARE, text) for text in gathered(one.findings, Reader.FILE))

@@ -27,7 +27,6 @@ from ..vibration.description.system_file import SystemFile
 from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer, findings_of, overall_verdicts, untested
 from ..vibration.verdicts.courses import Courses
 from ..vibration.verdicts.verdicts import CaseVerdict, FigureKind
-from . import check_report_path
 from .drawing import (
     ACCELERATION,
     COLOURS,
@@ -92,12 +91,19 @@ def write_simulation(
     parts: Parts,
 ) -> None:  # fmt: skip
     """Write the report with the parts of a result; raises StrandspringError if its ending is wrong or it cannot be."""
-    check_report_path(path)
     kept = [place for place, answer in enumerate(answers) if answer.courses is not None]
     kept.sort(key=lambda place: -answers[place].severity)
     drawn = {place: answers[place] for place in sorted(kept[:_MOST_HISTORIES])}
     names = {place: f"{answer.where}: {answer.verdict.value}" for place, answer in drawn.items()}
-    histories: list[Any] = [_strokes(drawn), *_case_charts(drawn)] if drawn else []
+    histories: list[Any] = [_strokes(drawn)] if drawn else []
+    for chart, curves in _CASE_CHARTS.items():
+        of_all = [
+            replace(curve, record=place)
+            for place, answer in drawn.items() if answer.courses is not None
+            for curve in curves(answer, answer.courses)
+        ]  # fmt: skip
+        if of_all:
+            histories.append(replace(chart, curves=of_all))
     if left := sum(1 for answer in answers if answer.figures) - len(drawn):
         histories.append(f"{left} more have none here; simulate fewer cases or candidates to see them.")
     cases = list({answer.case.name: answer.case for answer in answers}.values())
@@ -111,12 +117,9 @@ def write_simulation(
         Section("Histories and spectra", histories),
     ]
     levels = {verdict.value: level for verdict, level in _LEVELS.items()}
-    write_page(
-        path,
-        Page(
-            f"Simulation: {file.name}", file.description, sections, names, "Case", next(iter(kept), None), levels=levels
-        ),
-    )
+    first = next(iter(kept), None)
+    page = Page(f"Simulation: {file.name}", file.description, sections, names, "Case", first, levels=levels)
+    write_page(path, page)
 
 
 def write_system_isolation(
@@ -124,7 +127,6 @@ def write_system_isolation(
     findings: Sequence[Finding],
 ) -> None:  # fmt: skip
     """Write the report of the steady vibration of candidates, the first of which is `system`, likewise."""
-    check_report_path(path)
     names = [f"{candidate}, {response.shaking.name}, {response.level_text}" for candidate, response in curves]
     sections = (
         Section("Curves", [*_gains([response for _, response in curves])]),
@@ -184,12 +186,11 @@ def _shares_of_limits(answers: Sequence[CaseAnswer]) -> Iterator[Chart]:
         if figures:
             x, low, high = np.array(figures).T
             curves.append(Curve(x, 0.5 * (low + high), kind.value, colour, "", reach=0.5 * (high - low)))
-    sentence = "Of each kind the figure nearest to its limit."
     if curves:
         curves.append(Curve([0.5, len(shown) + 0.5], [1.0, 1.0], "limit", "poor", "--"))
+        title, sentence = "Figures beside their limits", "Of each kind the figure nearest to its limit."
         y, places = replace(PERCENT, words="share of the limit"), [answer.where for answer in shown]
-        yield Chart("limits", "Figures beside their limits", sentence, NUMBER, y, curves, zero="y",
-                    places=places)  # fmt: skip
+        yield Chart("limits", title, sentence, NUMBER, y, curves, zero="y", places=places)
 
 
 def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
@@ -247,18 +248,6 @@ def _strokes(answers: Mapping[int, CaseAnswer]) -> Chart:
         ]
     title = "Stroke beside its limit"
     return Chart("strokes", title, "Of all runs.", NUMBER, DISPLACEMENT, curves, is_apart=True, places=places)
-
-
-def _case_charts(answers: Mapping[int, CaseAnswer]) -> Iterator[Chart]:
-    """Histories and spectra, of one answer at a time."""
-    for chart, curves in _CASE_CHARTS.items():
-        drawn = [
-            replace(curve, record=place)
-            for place, answer in answers.items() if answer.courses is not None
-            for curve in curves(answer, answer.courses)
-        ]  # fmt: skip
-        if drawn:
-            yield replace(chart, curves=drawn)
 
 
 def _history(answer: CaseAnswer, courses: Courses, kind: FigureKind) -> Iterator[Curve]:
@@ -365,14 +354,21 @@ def _drawings(system: MountedSystem, cases: Sequence[LoadCase]) -> Iterator[Char
     low, high = everything.min(axis=0), everything.max(axis=0)
     size, middle = float(0.5 * (high - low).max()) or _NO_SIZE, 0.5 * (low + high)
     lines = [(box[pair, :], "body", "muted", "-") for box in boxes for pair in _EDGES]
-    named = [(mount, axis, f"axis: {label}" if axis.name else "axis") for mount in system.mounts
-             for axis, label in zip(mount.axes, mount.axis_labels, strict=True)]  # fmt: skip
-    labels = list(dict.fromkeys(label for *_, label in named))
-    for mount, axis, label in named:
-        way = np.array(mount.place) + np.array([[0.0], [_AXIS * size]]) * np.array(axis.direction)
-        lines.append((way, label, "green", ("-", "--", ":")[labels.index(label) % 3]))
-    arrows = [(np.array(direction), middle, "direction of a load", "care", ", ".join(names))
-              for direction, names in _load_directions(cases).items()]  # fmt: skip
+    styles: dict[str, str] = {}
+    for mount in system.mounts:
+        for axis, label in zip(mount.axes, mount.axis_labels, strict=True):
+            name = f"axis: {label}" if axis.name else "axis"
+            style = styles.setdefault(name, ("-", "--", ":")[len(styles) % 3])
+            lines.append((np.add(mount.place, np.outer([0.0, _AXIS * size], axis.direction)), name, "green", style))
+    # Names of the cases by the directions of accelerations of the base, forces and impacts.
+    loads: dict[tuple[float, ...], dict[str, None]] = {}
+    for case in cases:
+        vectors = [one.direction for one in case.channels if one.kind is not ChannelKind.BASE_ANGULAR_VELOCITY]
+        if any(case.velocity):
+            vectors.append(tuple((-np.array(case.velocity) / math.hypot(*case.velocity)).tolist()))
+        for vector in vectors:
+            loads.setdefault(tuple(round(part, 6) + 0.0 for part in vector), {})[case.name] = None
+    arrows = [(np.array(way), middle, "direction of a load", "care", ", ".join(names)) for way, names in loads.items()]
     weight = math.hypot(*system.gravity) or 1.0
     down, corner = np.array(system.gravity) / weight, high + 0.1 * size
     strength = f"gravity, {weight / STANDARD_GRAVITY:.3g} g"
@@ -380,13 +376,13 @@ def _drawings(system: MountedSystem, cases: Sequence[LoadCase]) -> Iterator[Char
     for view, plane in _VIEWS.items():
         a, b = plane
         curves = [Curve(line[:, a], line[:, b], name, colour, style) for line, name, colour, style in lines]
-        texts: dict[tuple[float, float], tuple[str, str]] = {}
+        texts: dict[tuple[float, ...], tuple[str, str]] = {}
         for kind, colour, places in marks:
             if places:
-                x, y = np.array([*places.values()])[:, plane].T.tolist()
-                curves.append(Curve(x, y, kind, colour, "o"))
-                for text, *place in zip(places, x, y, strict=True):
-                    texts.setdefault((place[0], place[1]), (text, colour))
+                at = np.array([*places.values()])[:, plane]
+                curves.append(Curve(at[:, 0], at[:, 1], kind, colour, "o"))
+                for text, place in zip(places, at.tolist(), strict=True):
+                    texts.setdefault(tuple(place), (text, colour))
         for direction, about, kind, colour, text in arrows:
             if (length := math.hypot(*direction[plane].tolist())) >= _IN_PLANE:
                 way = size / length * direction[plane]
@@ -395,10 +391,10 @@ def _drawings(system: MountedSystem, cases: Sequence[LoadCase]) -> Iterator[Char
                 head = np.array([tail, tip, tip + back + side, tip, tip + back - side])
                 curves.append(Curve(head[:, 0], head[:, 1], kind, colour))
                 if text:
-                    texts[float(tail[0]), float(tail[1])] = (text, colour)
+                    texts[tuple(tail.tolist())] = (text, colour)
         x, y = (_WAYS["xyz"[axis]] for axis in plane)
         title, sentence = f"{view.capitalize()} view", f"To scale, {x.words} to the right and {y.words} up."
-        shown = [(*place, *text) for place, text in texts.items()]
+        shown = [(place[0], place[1], *text) for place, text in texts.items()]
         yield Chart(f"system-{view}", title, sentence, x, y, curves, "square", texts=shown)
 
 
@@ -409,15 +405,3 @@ def _box(body: RigidBody) -> FloatArray:
     edges = np.sqrt(np.maximum(6.0 / body.mass * (moments.sum() - 2.0 * moments), 0.0))
     signs = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
     return np.asarray(np.array(body.center) + (signs * edges) @ axes.T)
-
-
-def _load_directions(cases: Sequence[LoadCase]) -> dict[tuple[float, ...], dict[str, None]]:
-    """Names of the cases by the directions of accelerations of the base, forces and impacts."""
-    directions: dict[tuple[float, ...], dict[str, None]] = {}
-    for case in cases:
-        vectors = [one.direction for one in case.channels if one.kind is not ChannelKind.BASE_ANGULAR_VELOCITY]
-        if any(case.velocity):
-            vectors.append(tuple((-np.array(case.velocity) / math.hypot(*case.velocity)).tolist()))
-        for vector in vectors:
-            directions.setdefault(tuple(round(part, 6) + 0.0 for part in vector), {})[case.name] = None
-    return directions
