@@ -265,22 +265,18 @@ def build_fmu(
         raise BuildError(
             f'`backend` must be "native" or "python", and "native" with `states`, got {building.backend!r}.'
         )
+    from ..common.given import as_records  # slow to import
+
     source: Any = model
-    records: Sequence[Record] = ()
+    records: Sequence[Record] = [] if record is None else as_records(record)
     path = sources.path_of(model)
     is_file = path is not None and (is_model_path(path) or sources.describes_system(path))
-    if is_file or isinstance(getattr(model, "model", model), ModelFile):
-        if record is not None:
-            from ..common.given import as_records  # slow to import
-
-            records = as_records(record)
-    elif record is not None:
-        raise BuildError("`record` is for a model; an FMU of records is checked along these, so leave it out.")
-    else:
+    if not is_file and not isinstance(getattr(model, "model", model), ModelFile):
+        if records:
+            raise BuildError("`record` is for a model; an FMU of records is checked along these, so leave it out.")
         # Slow to import.
         from ...identification.identified import IdentifiedModel
         from ...identification.identify import identify_records
-        from ..common.given import as_records
 
         if not isinstance(model, IdentifiedModel):
             source = identify_records(as_records(model))
