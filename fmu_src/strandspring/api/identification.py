@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from ..campaigns.batches.batch import BatchSummary
     from ..report import ReportDetails
 
-_AMPLITUDE = Option("number", "Amplitude at which springs are compared", "m", least=0.0, is_open=True)
+_AMPLITUDE = Option("number", "Amplitude", "m", least=0.0, is_open=True)
 _PROBLEMS = [ResultColumn(name, "", name, name) for name in ("file", "status", "reason")]
 _MEDIANS = [
     *(ResultColumn(name, "", name, name) for name in ("figure", "median", "unit")),

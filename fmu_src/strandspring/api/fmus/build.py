@@ -1,6 +1,4 @@
-"""Files of a model for other tools: FMUs, built and put in place once they were validated and run (`build_fmu`), and
-verified (`verify`); and SSP parameter values, SSP systems, a Modelica library and C sources (`export`).
-"""
+"""Files for other tools: FMUs, built, validated and run (`build_fmu`), and verified (`verify`); others by `export`."""
 
 from __future__ import annotations
 
@@ -46,7 +44,7 @@ if TYPE_CHECKING:
     from ..common.given import Source
 
 _RNL_TOLERANCE = 1e-6  # of sums over many samples, each within rounding
-_MASS = Option("number", "Mass on the FMU of an SSP system", "kg", least=0.0, is_open=True)
+_MASS = Option("number", "Mass", "kg", least=0.0, is_open=True)
 _CHECKS = tuple(ResultColumn(key, "", key) for key in ("about", "text", "is_problem"))
 # What each kind of FMU is for.
 _PURPOSES = {
@@ -59,7 +57,7 @@ _PURPOSES = {
 
 @dataclass(frozen=True, repr=False)
 class Exports(Result):
-    """Files that were written for a model: of what and what they are, in words, and the same for JSON."""
+    """Files that were written for a model, in words and for JSON."""
 
     lines: Sequence[str]
     of: Mapping[str, Any]
@@ -75,7 +73,7 @@ class Exports(Result):
 
 @dataclass(frozen=True, repr=False)
 class Built(Exports):
-    """FMUs that were built: what the check of each kind found, cautions of the model file, and what was identified."""
+    """FMUs that were built, by kind with their checks, and what was identified for them."""
 
     fmi: int
     fmus: Mapping[str, CheckReport]
@@ -451,8 +449,8 @@ def export(
     if ssp_mass is not None:
         ssp_mass = _MASS.checked("ssp_mass", ssp_mass, StrandspringError)
     refuse_unwritable(Path(folder), is_folder=not Path(folder).suffix)
-    written = export_files(model, folder, ssv=ssv, modelica=modelica, c=c, ssp_mass=ssp_mass, zero=zero).of.values()
-    return [path for path in written if isinstance(path, Path)]
+    made = export_files(model, folder, ssv=ssv, modelica=modelica, c=c, ssp_mass=ssp_mass, zero=zero)
+    return [path for path in made.of.values() if isinstance(path, Path)]
 
 
 def _file(output: Path, name: str) -> Path:
