@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from .api.comparison import compare as compare
     from .api.fmus.build import Verification as Verification
     from .api.fmus.build import build_fmu as build_fmu
+    from .api.fmus.build import export as export
     from .api.fmus.build import verify as verify
-    from .api.fmus.export import export as export
     from .api.fmus.options import BuildOptions as BuildOptions
     from .api.fmus.system_fmu import SystemInformation as SystemInformation
     from .api.identification import Identification as Identification
@@ -100,9 +100,8 @@ _NAMES = {
     "_version": ("__version__",),
     "api.common.given": ("bundled_record",),
     "api.comparison": ("Comparison", "compare"),
-    "api.fmus.build": ("Verification", "build_fmu", "verify"),
+    "api.fmus.build": ("Verification", "build_fmu", "export", "verify"),
     "api.fmus.options": ("BuildOptions",),
-    "api.fmus.export": ("export",),
     "api.fmus.system_fmu": ("SystemInformation",),
     "api.identification": ("Identification", "ManyResult", "identify", "identify_many"),
     "api.information": ("Information", "Prediction", "info", "predict"),

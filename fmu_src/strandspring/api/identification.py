@@ -18,8 +18,7 @@ from ..campaigns.batches.spring_row import IDENTIFIED, STATUSES, BatchWork
 from ..campaigns.jobs.options import Workers
 from ..errors import Reader, RecordError
 from ..findings import CAUTIONS, NOTES, Finding, Outcome, Severity, detailed, gathered, of_severity
-from ..ground.arguments import optional_number
-from ..ground.options import takes
+from ..ground.options import Option, takes
 from ..ground.result_columns import ResultColumn
 from ..identification.identified import IdentifiedModel
 from ..identification.identify import identify_records
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
     from ..campaigns.batches.batch import BatchSummary
     from ..report import ReportDetails
 
+_AMPLITUDE = Option("number", "Amplitude", "m", least=0.0, is_open=True)
 _PROBLEMS = [ResultColumn(name, "", name, name) for name in ("file", "status", "reason")]
 _MEDIANS = [
     *(ResultColumn(name, "", name, name) for name in ("figure", "median", "unit")),
@@ -350,9 +350,8 @@ def identify_many(
     from ..campaigns.batches.batch import identify_batch  # slow to import
 
     work = BatchWork(fitting.chosen, reading, fitting.save_anyway)
-    amplitude = optional_number("amplitude", amplitude, "m")
-    if amplitude is not None and not 0.0 < amplitude < float("inf"):
-        raise RecordError(f"`amplitude` must be finite and > 0 [m], got {amplitude!r}.")
+    if amplitude is not None:
+        amplitude = _AMPLITUDE.checked("amplitude", amplitude, RecordError)
     begin, target = monotonic(), Path(folder)
     springs, left_out = find_springs([sources] if isinstance(sources, str | os.PathLike) else sources, target)
     done = lambda files: progress("Identifying", files, len(springs))  # noqa: E731

@@ -151,7 +151,7 @@ def export(model: str, ssp: bool, mass: float | None, output: str, **options: An
         raise click.UsageError("Nothing to write; give --ssv, --ssp, --modelica or --c.")
     if ssp != (mass is not None):
         raise click.UsageError("--ssp and --mass KG go together.")
-    from ..api.fmus.export import export_files
+    from ..api.fmus.build import export_files
 
     with out.reporting() as progress:
         exports = export_files(

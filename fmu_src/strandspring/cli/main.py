@@ -120,10 +120,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if problem.filename is None and drop_failing_output():
             sentence, as_json = f"Standard output cannot be written: {reason_of(problem)}; send it elsewhere.", False
     except MemoryError:
-        kind, sentence = (
-            "MemoryError",
-            "There is not enough memory for this; give fewer or shorter records, or fewer runs.",
-        )
+        kind = "MemoryError"
+        sentence = "There is not enough memory for this; give fewer or shorter records, or fewer runs."
     except StrandspringError as refusal:
         kind, sentence = type(refusal).__name__, refusal.words(Reader.COMMAND_LINE)
         outcome = {"outcome": refusal.outcome.name.lower()} if isinstance(refusal, IdentificationError) else {}

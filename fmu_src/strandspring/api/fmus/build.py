@@ -1,30 +1,34 @@
-"""FMUs: built, and put in place once they were validated and run (`build_fmu`); and verified (`verify`)."""
+"""Files for other tools: FMUs, built, validated and run (`build_fmu`), and verified (`verify`); others by `export`."""
 
 from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...errors import BuildError, Reader
+from ...errors import BuildError, OptionError, Reader, StrandspringError
+from ...exchange.c_sources import constant_bytes, law_path, write_c_sources
+from ...exchange.modelica import LIBRARY, record_name, record_path, write_library
 from ...findings import CAUTIONS, Finding, gathered, of_severity
 from ...fmu.archive import binary_sizes, fmu_path
 from ...fmu.checks.check import CheckReport, examine_fmu
 from ...fmu.checks.verification import Check, verify_fmu
+from ...fmu.description.ssv import parameter_values
 from ...fmu.native.native_fmu import build_native_fmu
 from ...fmu.python_backed import build_python_fmu
 from ...fmu.related_files import BuildSettings
-from ...ground.files import existing_folder, refuse_unwritable, refused_in_words
-from ...ground.options import changed, refuse_given, takes
+from ...ground.arguments import flag
+from ...ground.files import existing_folder, refuse_unwritable, refused_in_words, write_text
+from ...ground.options import Option, changed, refuse_given, takes
 from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
 from ...ground.strict_json import is_finite, objects
 from ...model.certificate import certified
-from ...model.coordinates import checked_zero, zero_sentence
+from ...model.coordinates import checked_zero, placed, zero_sentence
 from ...model.modelfile import ModelFile, is_model_path
 from ...model.names import check_name
 from ...model.stated_cautions import stated_cautions
@@ -40,6 +44,7 @@ if TYPE_CHECKING:
     from ..common.given import Source
 
 _RNL_TOLERANCE = 1e-6  # of sums over many samples, each within rounding
+_MASS = Option("number", "Mass", "kg", least=0.0, is_open=True)
 _CHECKS = tuple(ResultColumn(key, "", key) for key in ("about", "text", "is_problem"))
 # What each kind of FMU is for.
 _PURPOSES = {
@@ -51,22 +56,25 @@ _PURPOSES = {
 
 
 @dataclass(frozen=True, repr=False)
-class Built(Result):
-    """FMUs that were built.
-
-    Attributes
-    ----------
-    lines : sequence of str         Of what, in words.
-    of : mapping                    The same for JSON.
-    fmi : int                       Version of FMI.
-    fmus : mapping of CheckReport   What the check of each found, by its kind.
-    findings : sequence of Finding  The cautions that the model file states.
-    identification : Identification or None
-        That of records, if there are any.
-    """
+class Exports(Result):
+    """Files that were written for a model, in words and for JSON."""
 
     lines: Sequence[str]
     of: Mapping[str, Any]
+
+    def parts(self, brief: bool) -> Iterable[str | Table]:  # noqa: ARG002 - all of it is short
+        """What was written."""
+        return self.lines
+
+    def content(self) -> Mapping[str, Any]:
+        """The same for JSON."""
+        return self.of
+
+
+@dataclass(frozen=True, repr=False)
+class Built(Exports):
+    """FMUs that were built, by kind with their checks, and what was identified for them."""
+
     fmi: int
     fmus: Mapping[str, CheckReport]
     findings: Sequence[Finding] = ()
@@ -255,22 +263,18 @@ def build_fmu(
         raise BuildError(
             f'`backend` must be "native" or "python", and "native" with `states`, got {building.backend!r}.'
         )
+    from ..common.given import as_records  # slow to import
+
     source: Any = model
-    records: Sequence[Record] = ()
+    records: Sequence[Record] = [] if record is None else as_records(record)
     path = sources.path_of(model)
     is_file = path is not None and (is_model_path(path) or sources.describes_system(path))
-    if is_file or isinstance(getattr(model, "model", model), ModelFile):
-        if record is not None:
-            from ..common.given import as_records  # slow to import
-
-            records = as_records(record)
-    elif record is not None:
-        raise BuildError("`record` is for a model; an FMU of records is checked along these, so leave it out.")
-    else:
+    if not is_file and not isinstance(getattr(model, "model", model), ModelFile):
+        if records:
+            raise BuildError("`record` is for a model; an FMU of records is checked along these, so leave it out.")
         # Slow to import.
         from ...identification.identified import IdentifiedModel
         from ...identification.identify import identify_records
-        from ..common.given import as_records
 
         if not isinstance(model, IdentifiedModel):
             source = identify_records(as_records(model))
@@ -347,3 +351,115 @@ def verify(fmu: str | os.PathLike[str]) -> Verification:
     ['files', 'rules', 'spring', 'run']
     """
     return Verification(os.fspath(fmu), tuple(verify_fmu(Path(fmu))))
+
+
+def export_files(
+    source: ModelSource, folder: str | os.PathLike[str], progress: Progress = unseen, *, ssv: bool, modelica: bool,
+    c: bool, ssp_mass: float | None, zero: str | float | None, claim: Callable[[Path], None] = refuse_unwritable,
+) -> Exports:  # fmt: skip
+    """See `export`; before anything is written, `claim` refuses paths that must not be."""
+    model, target = sources.model_of(source), Path(folder)
+    if (modelica or c) and target.suffix and not target.is_dir():
+        what = f"of the library {LIBRARY}" if modelica else "of the C sources"
+        raise OptionError(f"{{to[output]}} must be the folder {what}, got {{where}}.", where=target)
+    if modelica and (target / "package.mo").exists():
+        raise OptionError(f"{target} is a Modelica package; give the folder that holds the library {LIBRARY}.")
+    files = {
+        "ssv": _file(target, f"{model.name}.ssv") if ssv else None,
+        "ssp": None if ssp_mass is None else _file(target, f"{model.name}.ssp"),
+        "modelica": record_path(target, model.name) if modelica else None,
+        "c": law_path(target, model.name) if c else None,
+    }
+    origin = sources.origin_of(source, zero, model.parameters)
+    for file in filter(None, files.values()):
+        claim(file)
+    content, _ = placed(model, origin)
+    lines = [zero_sentence(origin)]
+    # The library first: it may be refused.
+    if modelica:
+        write_library(target, content, origin)
+        record = record_name(model.name)
+        taken = "" if record == model.name else f", because {model.name} is taken in Modelica"
+        lines.append(f"Modelica library: {target / LIBRARY}, record {LIBRARY}.Records.{record}{taken}")
+    if path := files["ssv"]:
+        write_text(path, parameter_values(content))
+        lines.append(f"SSP parameter values: {path}")
+    if (path := files["ssp"]) and ssp_mass is not None:
+        from ...exchange.ssp import ShakenMassValues, write_system
+
+        progress("Building the FMU of the system", 0, 1)
+        with TemporaryFolder() as beside:
+            fmu = build_native_fmu(model, beside, zero=origin)
+            write_system(path, fmu, content, ShakenMassValues.suited(content, ssp_mass))
+        lines.append(f"SSP system: {path}")
+    if path := files["c"]:
+        write_c_sources(target, content, origin)
+        size = constant_bytes(model.parameters) / 1000
+        lines.append(f"C sources: {path} and what it needs; {size:.0f} kB of constants")
+    return Exports(list(filter(None, lines)), {"name": model.name, "zero": origin, **files})
+
+
+def export(
+    model: ModelSource,
+    folder: str | os.PathLike[str] = "dist",
+    *,
+    ssv: bool = False,
+    modelica: bool = False,
+    c: bool = False,
+    ssp_mass: float | None = None,
+    zero: str | float | None = None,
+) -> list[Path]:
+    """Write a model as SSP parameter values, in an SSP system, into a Modelica library, or as C sources.
+
+    Parameters
+    ----------
+    model : Spring, or path of a model file or FMU
+    folder : path     Or the file to write, ending in .ssv or .ssp.
+    ssv : bool        Write NAME.ssv, the parameter values of the model's FMU.
+    modelica : bool   Write the Modelica library StrandSpring with a record of the spring, beside others.
+    c : bool          Write C sources of the spring and its kernel for targets without FMI into the folder
+                      strandspring_c, beside other springs.
+    ssp_mass : float or None Write NAME.ssp, the native FMU below this mass [kg] on a shaking base.
+    zero : "rig", "middle", float or None
+        Where displacement is counted from: a displacement of the record [m]; by default as in the model's FMU.
+
+    Returns
+    -------
+    list of Path   The files: NAME.ssv, NAME.ssp, the spring's record in the library and its C file, where
+                   asked for.
+
+    Raises
+    ------
+    StrandspringError   If nothing is asked for, an option is out of bounds, or a file cannot be written.
+    BuildError          If the FMU of the system cannot be built.
+    ModelError          If the model is not a physically possible spring.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from strandspring import Spring, SpringParameters, export
+    >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
+    >>> with TemporaryDirectory() as folder:
+    ...     print([path.name for path in export(spring, folder, ssv=True, modelica=True)])
+    ['mount.ssv', 'mount.mo']
+    """
+    ssv, modelica, c = flag("ssv", ssv), flag("modelica", modelica), flag("c", c)
+    if not (ssv or modelica or c or ssp_mass is not None):
+        raise StrandspringError("Nothing to write; give `ssv`, `modelica`, `c` or `ssp_mass`.")
+    if ssp_mass is not None:
+        ssp_mass = _MASS.checked("ssp_mass", ssp_mass, StrandspringError)
+    refuse_unwritable(Path(folder), is_folder=not Path(folder).suffix)
+    made = export_files(model, folder, ssv=ssv, modelica=modelica, c=c, ssp_mass=ssp_mass, zero=zero)
+    return [path for path in made.of.values() if isinstance(path, Path)]
+
+
+def _file(output: Path, name: str) -> Path:
+    """The file `name` in the folder `output`, or `output` itself if it has the suffix of `name`."""
+    suffix = Path(name).suffix
+    with refused_in_words(output):
+        if output.is_dir() or not (output.suffix or output.exists()):
+            return output / name
+    if output.suffix != suffix:
+        sentence = f"{{to[output]}} must be a folder, or a file name ending in {suffix}, got {{where}}."
+        raise OptionError(sentence, where=output)
+    return output
