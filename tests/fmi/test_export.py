@@ -80,7 +80,8 @@ def test_the_system_holds_what_its_structure_names_and_fmpy_moves_it_as_our_own_
         names, structure = set(archive.namelist()), archive.read("SystemStructure.ssd")
         archive.extractall(tmp_path / "system")
     sources = {component.source for component in system.elements}
-    assert names == {"SystemStructure.ssd", *sources, *(f"resources/{c.name}.ssv" for c in system.elements)}
+    sets = {f"resources/{name}.ssv" for name in ("system", *(component.name for component in system.elements))}
+    assert names == {"SystemStructure.ssd", *sources, *sets}
     values = {p.name: float(p.value) for p in read_ssv(str(ssp), "resources/plant.ssv").parameters}
     # Without it OMSimulator 3 aborts.
     place = ".//{*}Annotation[@type='org.openmodelica']//{*}FixedStepMaster"
@@ -104,6 +105,14 @@ def test_the_system_holds_what_its_structure_names_and_fmpy_moves_it_as_our_own_
     for found, expected in ((position, motion.q[:, 0]), (force[1:], motion.force[1:, 0])):
         # Rounding of 400 steps of the same arithmetic.
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.ptp(expected))
+    edited = read_ssv(str(ssp), "resources/system.ssv")
+    for parameter in edited.parameters:
+        parameter.value = str(2.0 * MASS) if parameter.name == "plant.mass" else parameter.value
+    rows = simulate_ssp(str(ssp), stop_time=STOP - 0.5 * STEP, step_size=STEP, parameter_set=edited)
+    with FmuSpring(build_native_fmu(load_model(HINGE), tmp_path)) as one:
+        motion = simulate(one_mass(2.0 * MASS, plant.load, base), [one], STOP, STEP, Jacobi())
+    expected = motion.q[1:, 0]
+    np.testing.assert_allclose(rows["plant.position"], expected, rtol=0.0, atol=1e-9 * np.ptp(expected))
 
 
 # Modelica

@@ -15,7 +15,7 @@ from ..core.variables import FmiUnit
 from ..errors import StrandspringError
 from ..fmu.archive import licences, write_archive
 from ..fmu.description.described_variables import start_omegas
-from ..fmu.description.ssv import parameter_set, parameter_values
+from ..fmu.description.ssv import Row, parameter_rows, parameter_set, parameter_values
 from ..fmu.python_backed import slave_contents
 from ..ground.scratch import TemporaryFolder
 from ..kernel.path import PathSolver, as_path
@@ -112,16 +112,16 @@ class ShakenMassValues:
         frequency = math.sqrt(stiffness / mass) / (2.0 * math.pi)
         return cls(mass, float(still.force(origin, start_omegas(model))[0]), 0.01 * (high - low), frequency)
 
-    def parameter_values(self) -> str:
-        """XML of the SSV file of the plant."""
+    @property
+    def rows(self) -> list[Row]:
+        """The parameters of the plant."""
         about = {
             "mass": ("Mass on the spring", "kg"),
             "load": ("Constant force on the mass; the default holds the spring at displacement 0", "N"),
             "amplitude": ("Amplitude of the base", "m"),
             "frequency": ("Frequency of the base", "Hz"),
         }
-        rows = [(name, *about[name], value) for name, value in asdict(self).items()]
-        return parameter_set("plant", "A mass above a base that vibrates harmonically", rows, _UNITS)
+        return [(name, *about[name], value) for name, value in asdict(self).items()]
 
 
 def write_system(path: Path, spring: Path, model: ModelFile, plant: ShakenMassValues) -> Path:
@@ -145,11 +145,17 @@ def write_system(path: Path, spring: Path, model: ModelFile, plant: ShakenMassVa
     period = 1.0 / plant.frequency
     step = float(f"{period / _STEPS_A_PERIOD:.1g}")
     structure = _STRUCTURE.format(name=model.name, stop=_PERIODS * period, step=step)
+    about, (of_spring, known) = "A mass above a base that vibrates harmonically", parameter_rows(model)
+    # Of the whole system, for tools that take such a set where they simulate, as FMPy does.
+    named = {"spring": of_spring, "plant": plant.rows}
+    of_system = [(f"{component}.{row[0]}", *row[1:]) for component, rows in named.items() for row in rows]
+    units = {unit.name: unit for unit in (*known, *_UNITS)}.values()
     contents = {
         "SystemStructure.ssd": structure.encode("utf-8"),
         "resources/spring.fmu": spring.read_bytes(),
         "resources/spring.ssv": parameter_values(model).encode("utf-8"),
-        "resources/plant.ssv": plant.parameter_values().encode("utf-8"),
+        "resources/plant.ssv": parameter_set("plant", about, plant.rows, _UNITS).encode("utf-8"),
+        "resources/system.ssv": parameter_set(model.name, about, of_system, units).encode("utf-8"),
     }
     with TemporaryFolder() as folder:
         contents["resources/plant.fmu"] = _plant_fmu(folder / "plant.fmu", plant).read_bytes()

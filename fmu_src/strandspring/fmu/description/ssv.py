@@ -28,9 +28,14 @@ _REAL = {1: "Real", 2: "Float64"}
 
 def parameter_values(model: ModelFile, with_states: bool = False, fmi: int = 2) -> str:
     """XML of an SSV file with every settable variable of the model's FMU; the same model gives the same text."""
-    table, known, start = described_variables(model, with_states, fmi)
-    rows = [(v.name, v.description, v.unit, start[v.name]) for v in table if v.name in start]
+    rows, known = parameter_rows(model, with_states, fmi)
     return parameter_set(model.name, model.description, rows, known, _SSP[fmi])
+
+
+def parameter_rows(model: ModelFile, with_states: bool = False, fmi: int = 2) -> tuple[list[Row], tuple[FmiUnit, ...]]:
+    """Every settable variable of the model's FMU, and the units that they may have."""
+    table, known, start = described_variables(model, with_states, fmi)
+    return [(v.name, v.description, v.unit, start[v.name]) for v in table if v.name in start], known
 
 
 def parameter_set(name: str, about: str, rows: Iterable[Row], known: Iterable[FmiUnit], ssp: int = 1) -> str:
