@@ -308,13 +308,7 @@ class Comparison(PlottedResult):
 
 
 @takes(comparing=Comparing, reading=Reading)
-def compare(
-    a: ModelSource,
-    b: ModelSource,
-    *data: Any,
-    comparing: Comparing,
-    reading: Reading,
-) -> Comparison:
+def compare(a: ModelSource, b: ModelSource, *data: Any, comparing: Comparing, reading: Reading) -> Comparison:
     """Compare two springs, such as two lots, or one spring before and after fatigue.
 
     Functions are compared, not coefficients: stiffness, energy and mean force of loops over the range that both share.

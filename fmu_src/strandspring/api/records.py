@@ -33,12 +33,7 @@ _MOST_OF_NI = 0.1  # amplitude [m]
 
 
 @takes(reading=Reading)
-def show(
-    records: Source | Sequence[Source],
-    path: str | os.PathLike[str],
-    *,
-    reading: Reading,
-) -> Path:
+def show(records: Source | Sequence[Source], path: str | os.PathLike[str], *, reading: Reading) -> Path:
     """Draw loops, strokes and cycles of records on a page, which prints options that choose a part.
 
     Parameters

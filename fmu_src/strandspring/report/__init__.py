@@ -55,11 +55,7 @@ class ReportDetails:
     operator: str = option("", "text", "Who ran the test, likewise", metavar="TEXT")
     specimen: str = option("", "text", "Which spring was tested, likewise", metavar="TEXT")
     fields: tuple[tuple[str, str], ...] = option(
-        (),
-        "texts",
-        "A further line of the report, with its label",
-        metavar="LABEL=TEXT",
-        parse=field_of,
+        (), "texts", "A further line of the report, with its label", metavar="LABEL=TEXT", parse=field_of
     )
     mass: float | None = option(
         None, "number", "Mass of the report's transmissibility", unit="kg", least=0.0, is_open=True,

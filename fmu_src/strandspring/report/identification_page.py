@@ -46,23 +46,8 @@ from ..vibration.one_mass.band import band_frequencies
 from ..vibration.one_mass.options import DEFAULT_SHARES, Excitation
 from ..vibration.one_mass.response import frequency_response
 from ..vibration.one_mass.system import IsolatedMass, free_travel, static_equilibrium
-from . import ReportDetails
-from .drawing import (
-    DISPLACEMENT,
-    FORCE,
-    FREQUENCY,
-    SAMPLE,
-    STYLE,
-    TIME,
-    Chart,
-    Curve,
-    Steady,
-    evenly,
-    in_unit,
-    percent,
-    scaled,
-    steady_curves,
-)
+from . import ReportDetails, drawing
+from .drawing import Chart, Curve, Steady, evenly, in_unit, percent, scaled, steady_curves
 from .page import Level, Notice, Page, Parts, Section, Tile, plain
 
 if TYPE_CHECKING:
@@ -135,12 +120,12 @@ class Evaluation:
         rows = zip(numbered, whole.records, whole.fits, whole.fitted, range(len(names)), strict=True)
         self.views = [RecordView(*row) for row in rows]
         self.shown = [self.views[k] for k in evenly(len(self.views), _RECORDS)]
-        self.time = SAMPLE if any(record.rising_time is None for record in whole.records) else TIME
-        self.length = scaled(DISPLACEMENT, p.displacement_max - p.displacement_min)
-        self.force = scaled(FORCE, max(float(np.abs(record.force).max()) for record in whole.records))
+        self.time = drawing.SAMPLE if any(record.rising_time is None for record in whole.records) else drawing.TIME
+        self.length = scaled(drawing.DISPLACEMENT, p.displacement_max - p.displacement_min)
+        self.force = scaled(drawing.FORCE, max(float(np.abs(record.force).max()) for record in whole.records))
         # Of all samples compared [N].
         self.largest_residual = max(float(np.nanmax(np.abs(view.residuals))) for view in self.views)
-        self.residual = scaled(replace(FORCE, words="measured − model"), self.largest_residual)
+        self.residual = scaled(replace(drawing.FORCE, words="measured − model"), self.largest_residual)
         self.measured = [loop for loop in whole.recorded if loop.cycles]
         # Below it loops are extrapolated [m].
         self.smallest_measured = _NEARLY * min((loop.figures.amplitude for loop in self.measured), default=math.inf)
@@ -188,7 +173,7 @@ def force(e: Evaluation) -> Chart:
 def residuals(e: Evaluation, over: str) -> Chart | None:
     """Residuals over time, displacement or velocity; None without times of which to take that."""
     axis = {"displacement": e.length, "velocity": _VELOCITY}.get(over, e.time)
-    if axis is _VELOCITY and e.time is not TIME:
+    if axis is _VELOCITY and e.time is not drawing.TIME:
         return None
     curves = []
     for view in e.shown:
@@ -274,21 +259,21 @@ def transmissibility(e: Evaluation) -> Chart | str:
         return f"Transmissibility: {refusal}"
     motions = []
     for response in responses:
-        level = f"base ±{in_unit(response.level, scaled(DISPLACEMENT, response.level), 2)}"
+        level = f"base ±{in_unit(response.level, scaled(drawing.DISPLACEMENT, response.level), 2)}"
         x, y = response.column("frequency"), response.column("transmissibility")
         motions.append(Steady(x, y, ~response.unstable, level))
     peaks = [response.resonance for response in (responses[0], responses[-1])]
     small, large = (f"{peak.transmissibility:.3g} at {peak.frequency:.3g} Hz" for peak in peaks)
     chosen = ", of a mass that rests near mid-range" if e.mass is None else ""
-    rest, natural = in_unit(equilibrium.displacement, e.length), in_unit(equilibrium.frequency, FREQUENCY, 3)
-    isolates = in_unit(peaks[-1].isolation_frequency, FREQUENCY, 3)
+    rest, natural = in_unit(equilibrium.displacement, e.length), in_unit(equilibrium.frequency, drawing.FREQUENCY, 3)
+    isolates = in_unit(peaks[-1].isolation_frequency, drawing.FREQUENCY, 3)
     sentence = (
         f"Rest at {rest}{chosen}, natural frequency {natural}; resonance {small} (smallest motion) and {large}, "
         f"isolation from {isolates}."
     )
     title = f"Transmissibility of {in_unit(mass, scaled(_MASS, mass))} on one spring"
     curves = steady_curves(motions)
-    return Chart("transmissibility", title, sentence, FREQUENCY, _TRANSMISSIBILITY, curves, log="xy")
+    return Chart("transmissibility", title, sentence, drawing.FREQUENCY, _TRANSMISSIBILITY, curves, log="xy")
 
 
 CHARTS: dict[str, Callable[[Evaluation], Chart | str | None]] = {
@@ -330,7 +315,7 @@ def write_figure(path: str | Path, identification: IdentifiedModel) -> None:
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    with rc_context(STYLE):
+    with rc_context(drawing.STYLE):
         figure = Figure((COLUMN, 0.62 * COLUMN), layout="constrained")
         loops(Evaluation(identification)).draw(figure.subplots())
         save_figure(Path(path), figure, _RESOLUTION)
