@@ -33,11 +33,6 @@ def number(name: str, value: Any, unit: str = "") -> float:
         raise TypeError(f"`{name}` must be a number{_in(unit)}, got {_shown(value)}.") from None
 
 
-def optional_number(name: str, value: Any, unit: str = "") -> float | None:
-    """One number or None, see `number`."""
-    return None if value is None else number(name, value, unit)
-
-
 def numbers(name: str, values: Any, unit: str = "") -> tuple[float, ...]:
     """One number or several in a row, as in a list, an array or a Series; raises TypeError for anything else.
 

@@ -45,15 +45,6 @@ _TRIES = 1000  # draws before a covariance is refused that hardly holds a spring
 
 
 @dataclass(frozen=True)
-class Quantiles:
-    """5, 50 and 95 % quantiles of a figure over draws of springs, linear between the sorted draws."""
-
-    low: float
-    median: float
-    high: float
-
-
-@dataclass(frozen=True)
 class ForceInterval:
     """95 % interval of a measured force F: +- sqrt(q^2*(a^2 + (b*F)^2) + z^2*max(0, e^2 - m^2)).
 
