@@ -57,7 +57,7 @@ class Identification(IdentifiedModel, PlottedResult):
 
     @cached_property
     def campaign(self) -> tuple[RateIndependence | None, Overlap | None]:
-        """Whether the rate matters, and loading paths overlap; `info` tells that of one record."""
+        """Whether the rate matters and whether loading paths overlap, of several records; `info` also judges one."""
         return campaign_verdicts(self.records) if len(self.records) > 1 else (None, None)
 
     def spring(self, name: str = "spring", description: str = "") -> Spring:
